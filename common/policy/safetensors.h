@@ -1,0 +1,67 @@
+#ifndef SINEW_COMMON_POLICY_SAFETENSORS_H_
+#define SINEW_COMMON_POLICY_SAFETENSORS_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "proto/sinew/v1/tensor.pb.h"
+
+namespace sinew {
+
+// One array in host memory, row-major, little-endian.
+struct HostTensor {
+  v1::DataType dtype = v1::DATA_TYPE_FLOAT32;
+  std::vector<int64_t> shape;
+  std::string data;
+
+  int64_t num_elements() const;
+  // Elements as float32 / float64. Precondition: dtype matches (CHECKed).
+  absl::Span<const float> float32() const;
+  absl::Span<float> mutable_float32();
+  absl::Span<const double> float64() const;
+
+  static HostTensor Float32(std::vector<int64_t> shape,
+                            absl::Span<const float> values);
+  static HostTensor Float64(std::vector<int64_t> shape,
+                            absl::Span<const double> values);
+  static HostTensor Zeros(std::vector<int64_t> shape);  // float32
+};
+
+// Tensors by name, sorted; what a safetensors file holds.
+using TensorMap = std::map<std::string, HostTensor>;
+
+// The safetensors format (8-byte little-endian header length, JSON header,
+// data), tensors sorted by name, header padded with spaces to 8 bytes: equal
+// maps give equal bytes. `metadata` becomes "__metadata__".
+std::string SerializeSafetensors(
+    const TensorMap& tensors,
+    const std::map<std::string, std::string>& metadata = {});
+
+// Total: any bytes give a map or an error that says what is wrong (header
+// length, JSON, overlapping or out-of-range offsets, wrong size, unknown
+// dtype), without allocating more than the input's size. `source` names the
+// file or peer in errors. Non-finite numbers are NOT checked here.
+absl::StatusOr<TensorMap> ParseSafetensors(std::string_view bytes,
+                                           std::string_view source);
+
+// Byte offset and length of a tensor's data within the serialised file, for
+// ONNX external data. NOT_FOUND.
+struct TensorLocation {
+  int64_t offset = 0;
+  int64_t length = 0;
+};
+absl::StatusOr<std::map<std::string, TensorLocation>> LocateSafetensors(
+    std::string_view bytes, std::string_view source);
+
+// INVALID_ARGUMENT naming the first tensor and element that is NaN or
+// infinite.
+absl::Status CheckFinite(const TensorMap& tensors, std::string_view source);
+
+}  // namespace sinew
+
+#endif  // SINEW_COMMON_POLICY_SAFETENSORS_H_

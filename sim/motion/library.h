@@ -1,0 +1,123 @@
+#ifndef SINEW_SIM_MOTION_LIBRARY_H_
+#define SINEW_SIM_MOTION_LIBRARY_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "common/policy/safetensors.h"
+#include "proto/sinew/v1/motion.pb.h"
+
+namespace sinew::motion {
+
+// Frame tensors of a library, all float32, N rows in clip order; J joints,
+// B bodies (all but the world, model order, body 0 of the list is the root),
+// F feet. SI units, world frame (z up), quaternions wxyz with w >= 0 at the
+// first frame of a clip and continuous after it.
+//   root_position          [N, 3]
+//   root_rotation          [N, 4]
+//   root_linear_velocity   [N, 3]  world
+//   root_angular_velocity  [N, 3]  world (not body-local as in qvel)
+//   joint_position         [N, J]
+//   joint_velocity         [N, J]
+//   body_position          [N, B, 3]  body frame origins (xpos)
+//   body_rotation          [N, B, 4]  xquat
+//   body_linear_velocity   [N, B, 3]  of the frame origin, world
+//   body_angular_velocity  [N, B, 3]  world
+//   contact                [N, F]     1 where the foot bears on the floor
+//   feedforward_torque     [N, J]     inverse dynamics minus fitted contact
+//                                     forces, limited to the torque limit, Nm
+
+// Pointers to one frame's rows, or to a caller's buffer with the same meaning.
+struct FrameView {
+  const float* root_position;
+  const float* root_rotation;
+  const float* root_linear_velocity;
+  const float* root_angular_velocity;
+  const float* joint_position;
+  const float* joint_velocity;
+  const float* body_position;
+  const float* body_rotation;
+  const float* body_linear_velocity;
+  const float* body_angular_velocity;
+  const float* contact;
+  const float* feedforward_torque;
+};
+
+// Reference clips fitted to one character at one rate; immutable.
+//
+// Thread-safety: const methods from any thread. Ownership: owns its frames.
+// Blocking: only Load and Save. Errors: Load checks digest, version, names,
+// shapes, finiteness, unit quaternions and strictly positive sizes, naming
+// file, clip and field.
+class Library {
+ public:
+  // From a folder with manifest.json and frames.safetensors.
+  static absl::StatusOr<std::unique_ptr<Library>> Load(
+      const std::string& directory);
+  // From the two files' bytes (assets over the wire). `source` for errors.
+  static absl::StatusOr<std::unique_ptr<Library>> FromBytes(
+      std::string_view manifest_json, std::string_view frames,
+      std::string_view source);
+  // Writes both files; the manifest last, each atomically.
+  static absl::Status Save(const v1::MotionLibrary& manifest,
+                           const TensorMap& frames,
+                           const std::string& directory);
+
+  const v1::MotionLibrary& manifest() const { return manifest_; }
+  int num_clips() const { return manifest_.clips_size(); }
+  const v1::ClipInfo& clip(int index) const { return manifest_.clips(index); }
+  // -1 if absent.
+  int FindClip(std::string_view name) const;
+
+  int num_joints() const { return manifest_.joints_size(); }
+  int num_bodies() const { return manifest_.bodies_size(); }
+  int num_feet() const { return manifest_.feet_size(); }
+
+  // The stored row. Precondition: 0 <= frame < clip(clip).num_frames().
+  FrameView frame(int clip, int64_t frame) const;
+
+  // SHA-256 of manifest bytes and frames digest together.
+  const std::string& digest() const { return digest_; }
+
+ private:
+  Library() = default;
+
+  v1::MotionLibrary manifest_;
+  TensorMap frames_;
+  FrameView base_{};
+  std::string digest_;
+};
+
+// A buffer for one reference frame after wrapping: allocate once per thread.
+class ReferenceFrame {
+ public:
+  explicit ReferenceFrame(const Library& library);
+  ReferenceFrame(const ReferenceFrame&) = delete;
+  ReferenceFrame& operator=(const ReferenceFrame&) = delete;
+
+  // Frame `frame` >= 0 of a clip. Looping clips: any frame, wrapped and moved
+  // by the cycle transform (planar translation and yaw; velocities turned
+  // too). Others: frames past the end repeat the last frame with zero
+  // velocities. No allocation.
+  void Load(const Library& library, int clip, int64_t frame);
+
+  const FrameView& view() const { return view_; }
+
+ private:
+  std::vector<float> storage_;
+  FrameView view_{};
+};
+
+// Last frame index at which an episode may stand: num_frames - 1 for clips
+// that do not loop, a very large number for looping ones.
+int64_t LastFrame(const v1::ClipInfo& clip);
+
+}  // namespace sinew::motion
+
+#endif  // SINEW_SIM_MOTION_LIBRARY_H_

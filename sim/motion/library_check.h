@@ -1,0 +1,35 @@
+#ifndef SINEW_SIM_MOTION_LIBRARY_CHECK_H_
+#define SINEW_SIM_MOTION_LIBRARY_CHECK_H_
+
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/policy/safetensors.h"
+#include "proto/sinew/v1/motion.pb.h"
+
+namespace sinew::motion {
+
+// Newest manifest version that this build reads, and the one that it writes.
+inline constexpr int kLibraryFormatVersion = 1;
+
+// manifest.json to message. INVALID_ARGUMENT naming `source`: not a manifest;
+// a newer version, by number, before anything else is looked at.
+absl::StatusOr<v1::MotionLibrary> ParseManifest(std::string_view json,
+                                                std::string_view source);
+
+// Everything that a manifest promises by itself: positive sizes, unique names,
+// clips in order without gaps, finite numbers. INVALID_ARGUMENT naming
+// `source`, clip and field, expected and found.
+absl::Status CheckManifest(const v1::MotionLibrary& manifest,
+                           std::string_view source);
+
+// The frame tensors against the manifest: all there, none else, shapes, float32,
+// finite, unit quaternions, contacts in [0, 1]. Errors name clip, frame and
+// tensor.
+absl::Status CheckFrames(const v1::MotionLibrary& manifest,
+                         const TensorMap& frames, std::string_view source);
+
+}  // namespace sinew::motion
+
+#endif  // SINEW_SIM_MOTION_LIBRARY_CHECK_H_

@@ -1,0 +1,68 @@
+#include "sim/world/action.h"
+
+#include <algorithm>
+
+#include "common/check.h"
+
+namespace sinew::world {
+
+ActionLaw::ActionLaw(const v1::Action& recipe,
+                     absl::Span<const character::JointInfo> joints)
+    : placement_(recipe.placement()), clip_(recipe.clip()) {
+  if (placement_ == v1::Action::PLACEMENT_UNSPECIFIED) {
+    placement_ = v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
+  }
+  for (const character::JointInfo& joint : joints) {
+    joints_.push_back(
+        {.velocity_gain = recipe.velocity_feedforward()
+                              ? joint.damping / joint.stiffness
+                              : 0.0,
+         .torque_gain =
+             recipe.torque_feedforward() ? 1.0 / joint.stiffness : 0.0,
+         .default_position = joint.default_position,
+         .scale =
+             joint.action_scale > 0 ? joint.action_scale : recipe.scale(),
+         .low = joint.lower - recipe.range_margin(),
+         .high = joint.upper + recipe.range_margin()});
+  }
+}
+
+double ActionLaw::ReferenceBase(const Joint& joint,
+                                const motion::FrameView& frame, size_t j) {
+  return frame.joint_position[j] +
+         joint.velocity_gain * frame.joint_velocity[j] +
+         joint.torque_gain * frame.feedforward_torque[j];
+}
+
+void ActionLaw::Target(absl::Span<const double> joint_position,
+                       const motion::FrameView& next,
+                       absl::Span<const float> action,
+                       absl::Span<double> target) const {
+  SINEW_DCHECK(action.size() == joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const Joint& joint = joints_[j];
+    double base = joint.default_position;
+    if (placement_ == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE) {
+      base = ReferenceBase(joint, next, j);
+    } else if (placement_ == v1::Action::PLACEMENT_AROUND_CURRENT) {
+      base = joint_position[j];
+    }
+    const double unit =
+        std::clamp(static_cast<double>(action[j]), -clip_, clip_);
+    target[j] = std::clamp(base + joint.scale * unit, joint.low, joint.high);
+  }
+}
+
+void ActionLaw::InitialTarget(absl::Span<const double> joint_position,
+                              const motion::FrameView& start,
+                              absl::Span<double> target) const {
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    target[j] = joint_position[j];
+    if (placement_ == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE) {
+      target[j] = std::clamp(ReferenceBase(joints_[j], start, j),
+                             joints_[j].low, joints_[j].high);
+    }
+  }
+}
+
+}  // namespace sinew::world

@@ -1,0 +1,253 @@
+#include "sim/world/observation.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "common/check.h"
+
+namespace sinew::world {
+namespace {
+
+using v1::Observation;
+
+// Writes columns one after another.
+class Writer {
+ public:
+  explicit Writer(float* out) : out_(out) {}
+
+  void Scalar(double value) { *out_++ = static_cast<float>(value); }
+  void Vector(const Eigen::Vector3d& value) {
+    for (int i = 0; i < 3; ++i) Scalar(value[i]);
+  }
+  void Rotation(const Eigen::Quaterniond& rotation) {
+    const Eigen::Matrix3d matrix = rotation.toRotationMatrix();
+    Vector(matrix.col(0));
+    Vector(matrix.col(1));
+  }
+  const float* position() const { return out_; }
+
+ private:
+  float* out_;
+};
+
+void WriteSelf(const BodyState& body, const Eigen::Quaterniond& heading,
+               Writer& out) {
+  const Eigen::Matrix3d to_heading =
+      heading.conjugate().toRotationMatrix();
+  out.Scalar(body.position[0].z());
+  out.Rotation(heading.conjugate() * body.rotation[0]);
+  out.Vector(to_heading * body.linear_velocity[0]);
+  out.Vector(to_heading * body.angular_velocity[0]);
+  for (double position : body.joint_position) out.Scalar(position);
+  for (double velocity : body.joint_velocity) out.Scalar(velocity);
+  for (size_t b = 1; b < body.position.size(); ++b) {
+    out.Vector(to_heading * (body.position[b] - body.position[0]));
+  }
+}
+
+void WriteDifference(const BodyState& body, const BodyState& reference,
+                     const Eigen::Quaterniond& heading, Writer& out) {
+  const Eigen::Quaterniond inverse = heading.conjugate();
+  const Eigen::Matrix3d to_heading = inverse.toRotationMatrix();
+  const Eigen::Quaterniond turn =
+      reference.rotation[0] * body.rotation[0].conjugate();
+  out.Vector(to_heading * (reference.position[0] - body.position[0]));
+  out.Rotation(inverse * turn * heading);
+  out.Vector(to_heading *
+             (reference.linear_velocity[0] - body.linear_velocity[0]));
+  out.Vector(to_heading *
+             (reference.angular_velocity[0] - body.angular_velocity[0]));
+  for (size_t j = 0; j < body.joint_position.size(); ++j) {
+    out.Scalar(reference.joint_position[j] - body.joint_position[j]);
+  }
+  for (size_t j = 0; j < body.joint_velocity.size(); ++j) {
+    out.Scalar(reference.joint_velocity[j] - body.joint_velocity[j]);
+  }
+  for (size_t b = 1; b < body.position.size(); ++b) {
+    out.Vector(to_heading *
+               ((reference.position[b] - reference.position[0]) -
+                (body.position[b] - body.position[0])));
+  }
+}
+
+void WriteBlock(Observation::Block block, const ObservationInput& input,
+                const Eigen::Quaterniond& heading, Writer& out) {
+  const BodyState& body = *input.body;
+  switch (block) {
+    case Observation::BLOCK_SELF_JOINT_SPACE:
+      WriteSelf(body, heading, out);
+      break;
+    case Observation::BLOCK_REFERENCE_DIFFERENCE:
+      for (const BodyState& reference : input.reference) {
+        WriteDifference(body, reference, heading, out);
+      }
+      break;
+    case Observation::BLOCK_PREVIOUS_TARGET:
+      for (size_t j = 0; j < body.joint_position.size(); ++j) {
+        out.Scalar(input.previous_target[j] - body.joint_position[j]);
+      }
+      break;
+    case Observation::BLOCK_REFERENCE_CONTACT:
+      for (const float* contact : input.reference_contact) {
+        for (size_t f = 0; f < input.self_contact.size(); ++f) {
+          out.Scalar(contact[f]);
+        }
+      }
+      break;
+    case Observation::BLOCK_SELF_CONTACT:
+      for (float contact : input.self_contact) out.Scalar(contact);
+      break;
+    default:
+      SINEW_CHECK(false) << "unknown observation block " << block;
+  }
+}
+
+absl::Status CheckRecipe(const Observation& recipe) {
+  for (int i = 0; i < recipe.blocks_size(); ++i) {
+    const auto block = recipe.blocks(i);
+    if (block == Observation::BLOCK_UNSPECIFIED ||
+        !Observation::Block_IsValid(block)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "recipe field task.observation.blocks[", i,
+          "]: expected a known block, found ", static_cast<int>(block)));
+    }
+    if (std::find(recipe.blocks().begin(), recipe.blocks().begin() + i,
+                  block) != recipe.blocks().begin() + i) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("recipe field task.observation.blocks[", i,
+                       "]: expected each block once, found ",
+                       Observation::Block_Name(block), " again"));
+    }
+  }
+  for (int i = 0; i < recipe.frames_ahead_size(); ++i) {
+    if (recipe.frames_ahead(i) < 1) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "recipe field task.observation.frames_ahead[", i,
+          "]: expected >= 1, found ", recipe.frames_ahead(i)));
+    }
+  }
+  return absl::OkStatus();
+}
+
+// "a/x", "a/y", "a/z".
+void AddAxes(const std::string& prefix, std::vector<std::string>& names) {
+  for (const char* axis : {"x", "y", "z"}) {
+    names.push_back(absl::StrCat(prefix, "/", axis));
+  }
+}
+
+void AddSixD(const std::string& prefix, std::vector<std::string>& names) {
+  for (const char* entry : {"00", "10", "20", "01", "11", "21"}) {
+    names.push_back(absl::StrCat(prefix, "/", entry));
+  }
+}
+
+// Columns that self and difference blocks share, from the root's rotation on.
+void AddPoseNames(const std::string& prefix, const ObservationNames& names,
+                  std::vector<std::string>& out) {
+  AddSixD(prefix + "/root_rotation", out);
+  AddAxes(prefix + "/root_linear_velocity", out);
+  AddAxes(prefix + "/root_angular_velocity", out);
+  for (const std::string& joint : names.joints) {
+    out.push_back(absl::StrCat(prefix, "/joint_position/", joint));
+  }
+  for (const std::string& joint : names.joints) {
+    out.push_back(absl::StrCat(prefix, "/joint_velocity/", joint));
+  }
+  for (size_t b = 1; b < names.bodies.size(); ++b) {
+    AddAxes(absl::StrCat(prefix, "/body_position/", names.bodies[b]), out);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
+    const Observation& recipe, int bodies, int joints, int feet) {
+  if (absl::Status status = CheckRecipe(recipe); !status.ok()) return status;
+  ObservationBuilder builder;
+  builder.bodies_ = bodies;
+  builder.joints_ = joints;
+  builder.feet_ = feet;
+  for (int block : recipe.blocks()) {
+    builder.blocks_.push_back(static_cast<Observation::Block>(block));
+  }
+  if (builder.blocks_.empty()) {
+    builder.blocks_ = {Observation::BLOCK_SELF_JOINT_SPACE,
+                       Observation::BLOCK_REFERENCE_DIFFERENCE};
+  }
+  builder.frames_ahead_.assign(recipe.frames_ahead().begin(),
+                               recipe.frames_ahead().end());
+  if (builder.frames_ahead_.empty()) builder.frames_ahead_ = {1};
+  for (Observation::Block block : builder.blocks_) {
+    builder.width_ += builder.BlockWidth(block);
+  }
+  return builder;
+}
+
+bool ObservationBuilder::Has(Observation::Block block) const {
+  return std::find(blocks_.begin(), blocks_.end(), block) != blocks_.end();
+}
+
+int ObservationBuilder::BlockWidth(Observation::Block block) const {
+  const int frames = static_cast<int>(frames_ahead_.size());
+  const int pose = 12 + 2 * joints_ + 3 * (bodies_ - 1);
+  switch (block) {
+    case Observation::BLOCK_SELF_JOINT_SPACE:
+      return 1 + pose;
+    case Observation::BLOCK_REFERENCE_DIFFERENCE:
+      return frames * (3 + pose);
+    case Observation::BLOCK_PREVIOUS_TARGET:
+      return joints_;
+    case Observation::BLOCK_REFERENCE_CONTACT:
+      return frames * feet_;
+    case Observation::BLOCK_SELF_CONTACT:
+      return feet_;
+    default:
+      SINEW_CHECK(false) << "unknown observation block " << block;
+      return 0;
+  }
+}
+
+void ObservationBuilder::Build(const ObservationInput& input,
+                               absl::Span<float> out) const {
+  SINEW_DCHECK(static_cast<int>(out.size()) == width_);
+  const Eigen::Quaterniond heading = Heading(input.body->rotation[0]);
+  Writer writer(out.data());
+  for (Observation::Block block : blocks_) {
+    WriteBlock(block, input, heading, writer);
+  }
+  SINEW_DCHECK(writer.position() == out.data() + out.size());
+}
+
+std::vector<std::string> ObservationBuilder::Names(
+    const ObservationNames& names) const {
+  std::vector<std::string> out;
+  for (Observation::Block block : blocks_) {
+    if (block == Observation::BLOCK_SELF_JOINT_SPACE) {
+      out.push_back("self/root_height");
+      AddPoseNames("self", names, out);
+    } else if (block == Observation::BLOCK_PREVIOUS_TARGET) {
+      for (const std::string& joint : names.joints) {
+        out.push_back("previous_target/" + joint);
+      }
+    } else if (block == Observation::BLOCK_SELF_CONTACT) {
+      for (const std::string& foot : names.feet) {
+        out.push_back("self/contact/" + foot);
+      }
+    }
+    for (int ahead : frames_ahead_) {
+      const std::string prefix = absl::StrCat("reference+", ahead);
+      if (block == Observation::BLOCK_REFERENCE_DIFFERENCE) {
+        AddAxes(prefix + "/root_position", out);
+        AddPoseNames(prefix, names, out);
+      } else if (block == Observation::BLOCK_REFERENCE_CONTACT) {
+        for (const std::string& foot : names.feet) {
+          out.push_back(prefix + "/contact/" + foot);
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace sinew::world

@@ -1,0 +1,127 @@
+"""All third-party repositories, pinned."""
+
+load("//tools/workspace:pip_wheel.bzl", "pip_wheel")
+load("//tools/workspace:system.bzl", "system_libraries")
+
+# What torch 2.15.0 asks for beside its own wheel, where there is a GPU.
+_CUDA_WHEELS = {
+    "nvidia-cublas==13.4.1.3": "a5917cb642cfb07f4a0231ee16aec7e2e0357d8cb8b1b78a0c9c68dba3e6afc7",
+    "nvidia-cuda-nvrtc==13.2.86": "8111c5130e967b78222ea2124145f8efe9ce201b752b2579a2513100a53be1c5",
+    "nvidia-cudnn-cu13==9.26.0.51": "9c976d539786698c71d6bcdbe2053b7485fae062ff7e1215d2f2ff67b1a2149a",
+    "nvidia-cufft==12.2.0.57": "34da27fadf3979b0b042c43823f0530be8408b86df31ee0108e1ca0b621d4ef6",
+    "nvidia-cufile==1.17.1.22": "87feaf8c3ad20d3d03a01933181801ff6892bace5c8f0b1e4b48f319d3e62d36",
+    "nvidia-cusolver==12.2.0.11": "fab5778f6769947389a1a6abc07e635576825a08c0ffc68c3ae7f1392c794b42",
+    "nvidia-cusparse==12.7.10.12": "25907c75e4db1581685f06f61cc6cdecc04611765516a52373e0a18ebd69fa00",
+    "nvidia-cusparselt-cu13==0.8.1": "786ce87568c303fadb5afcc7102d454cd3040d75f6f8626f5db460d1871f4dd0",
+    "nvidia-nccl-cu13==2.30.7": "cefa7fdb9710efd0f39c5f1be1d61ff6fc9a996c451265bd7fbdcf9455ed4b50",
+    "nvidia-nvjitlink==13.5.37": "280d7cb9649704145f074b8dbde500de04ce02d0872e066e20a83c17bcaa93eb",
+    "nvidia-nvshmem-cu13==3.7.2": "b9a4f843c62b5dded8ad33fd6d220e007dcd39f06cee549292f5ba14ce4c235c",
+    "nvidia-nvtx==13.2.86": "968ce72baee2a01791c7d3254000eac81f24677b0b91c62d21b449a1f309c245",
+}
+
+def sinew_repositories():
+    """Declares @system, @mujoco, @libtorch, @pybullet_data, @mjlab_g1."""
+    system_libraries(
+        name = "system",
+        build_file = "//tools/workspace:system.BUILD",
+    )
+
+    pip_wheel(
+        name = "mujoco",
+        build_file = "//tools/workspace:mujoco.BUILD",
+        include = [
+            "mujoco/include/*",
+            "mujoco/libmujoco.so*",
+            "*/licenses/*",
+        ],
+        linkopts = [
+            "-L{ROOT}/mujoco",
+            "-l:libmujoco.so.4.0.0",
+            "-Wl,-rpath,{ROOT}/mujoco",
+        ],
+        wheels = {
+            "mujoco-core==4.0.0": "885bd9b9cc0a6b5ba1114923eb954027652a6a0c115fa46b3218b83bae72ac4f",
+        },
+    )
+
+    _libtorch()
+
+    pip_wheel(
+        name = "pybullet_data",
+        build_file = "//tools/workspace:pybullet_data.BUILD",
+        include = [
+            "pybullet_data/data/motions/*.txt",
+            "*.dist-info/LICENSE.txt",
+        ],
+        # Another character's and a robot dog's.
+        exclude = [
+            "*/motions/walker/*",
+            "*/motions/laikago_*",
+        ],
+        wheels = {
+            "pybullet==3.2.7": "5d858abf7c12a21ef3ed351cf81dac1b5e486ec25c9ab59bfc84beb89034edff",
+        },
+    )
+
+    pip_wheel(
+        name = "mjlab_g1",
+        build_file = "//tools/workspace:mjlab_g1.BUILD",
+        include = [
+            "mjlab/asset_zoo/robots/unitree_g1/xmls/*",
+            "*.dist-info/licenses/*",
+        ],
+        wheels = {
+            "mjlab==1.6.0": "03d003854e2f44c48330c6dcf4c2253ff7641bb569747846825a21b9efa8540b",
+        },
+    )
+
+def _libtorch():
+    pip_wheel(
+        name = "libtorch",
+        build_file = "//tools/workspace:libtorch.BUILD",
+        include = [
+            "torch/include/*",
+            "torch/lib/libc10.so",
+            "torch/lib/libtorch_cpu.so",
+            "torch/lib/libgomp.so*",
+            "nvidia/cu13/lib/libcudart.so*",
+            "nvidia/cu13/lib/libcupti.so*",
+            "torch-*.dist-info/licenses/*",
+        ],
+        # Copies of other libraries' headers, which would hide Debian's from
+        # whoever uses torch and protobuf, or torch and spdlog, together.
+        exclude = [
+            "torch/include/fmt/*",
+            "torch/include/google/*",
+            "torch/include/pybind11/*",
+        ],
+        # Never -ltorch here: it pulls the CUDA half in. torch names libraries
+        # that only its Python package loads, hence the shlib-undefined.
+        linkopts = [
+            "-L{ROOT}/torch/lib",
+            "-ltorch_cpu",
+            "-lc10",
+            "-Wl,--allow-shlib-undefined",
+            "-Wl,-rpath,{ROOT}/torch/lib",
+        ],
+        cuda_include = [
+            "torch/lib/*.so*",
+            "nvidia/*/lib/*.so*",
+        ],
+        # The CUDA half registers itself when it is loaded; nothing names it.
+        cuda_linkopts = [
+            "-L{ROOT}/torch/lib",
+            "-Wl,--push-state,--no-as-needed,-ltorch,-ltorch_cuda,-lc10_cuda,--pop-state",
+            "-ltorch_cpu",
+            "-lc10",
+            "-Wl,--allow-shlib-undefined",
+            "-Wl,-rpath,{ROOT}/torch/lib",
+        ],
+        cuda_wheels = _CUDA_WHEELS,
+        wheels = {
+            "torch==2.15.0": "48c2d861134c0b5697c7602cb5ffa68f62a2989fdcd1717e593356f67996ca1e",
+            # libtorch_cpu.so needs these two also where there is no GPU.
+            "nvidia-cuda-runtime==13.2.75": "72bf454902da594e0b833cadeddc8b7100ce1c7cf7ed9023943931be1aa913b7",
+            "nvidia-cuda-cupti==13.2.75": "f75aca6bef89c625a4076a820302bb06764daa1d21595286f6bee5e237d3a187",
+        },
+    )
