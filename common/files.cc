@@ -23,7 +23,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
 
@@ -49,7 +48,7 @@ absl::StatusCode CodeOf(int error) {
   }
 }
 
-absl::Status Error(int error, std::string_view what, const std::string& path) {
+absl::Status Error(int error, const char* what, const std::string& path) {
   return absl::Status(CodeOf(error),
                       absl::StrCat("cannot ", what, " ", path, ": ",
                                    std::generic_category().message(error)));
@@ -156,7 +155,7 @@ absl::Status WriteFileAtomically(const std::string& path,
 }
 
 bool IsTemporaryName(std::string_view name) {
-  return absl::StrContains(name, kTemporaryMark);
+  return name.find(kTemporaryMark) != std::string_view::npos;
 }
 
 absl::Status AppendToFile(const std::string& path, std::string_view content) {
@@ -220,9 +219,9 @@ absl::Status RemoveRecursively(const std::string& path) {
 
 std::string JoinPath(std::string_view left, std::string_view right) {
   if (left.empty()) return std::string(right);
-  while (absl::EndsWith(left, "/")) left.remove_suffix(1);
-  while (absl::StartsWith(right, "/")) right.remove_prefix(1);
-  return absl::StrCat(left, "/", right);
+  while (left.ends_with('/')) left.remove_suffix(1);
+  while (right.starts_with('/')) right.remove_prefix(1);
+  return std::string(left).append("/").append(right);
 }
 
 absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Acquire(

@@ -64,6 +64,17 @@ void PlaceRoot(const SourceTrack& track, const SkeletonMap& map, int t,
   motion::ToWxyz(root, qpos->data() + 3);
 }
 
+// The track's cycle as the model's root sees it: where the roots lie apart, a
+// turn moves them differently.
+Cycle ScaleCycle(const SourceTrack& track, const SkeletonMap& map) {
+  const Quaterniond source = track.rotation[0][0];
+  const Vector3d apart = source * (map.scale * map.source_hips) -
+                         source * map.bodies[0].alignment * map.model_hips;
+  const Vector3d shift = motion::YawRotation(track.cycle.yaw) * apart - apart;
+  return {map.scale * track.cycle.x + shift.x(),
+          map.scale * track.cycle.y + shift.y(), track.cycle.yaw};
+}
+
 }  // namespace
 
 VectorXd FrameAt(const ModelMotion& motion, int t) {
@@ -101,8 +112,7 @@ ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
   ModelMotion motion;
   motion.rate = track.rate;
   motion.loops = track.loops;
-  motion.cycle = {map.scale * track.cycle.x, map.scale * track.cycle.y,
-                  track.cycle.yaw};
+  motion.cycle = ScaleCycle(track, map);
   const int frames = track.frames();
   motion.qpos.assign(
       frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));

@@ -6,14 +6,20 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "common/random/philox.h"
 #include "proto/sinew/v1/recipe.pb.h"
-#include "proto/sinew/v1/rollout.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "sim/world/action.h"
+#include "sim/world/actuation.h"
+#include "sim/world/body_state.h"
+#include "sim/world/observation.h"
+#include "sim/world/start.h"
 
 namespace sinew::world {
 
@@ -24,7 +30,7 @@ namespace sinew::world {
 //   reward and termination compare s_{t+1} with frame current + 1.
 
 // One environment's episode, between steps: plain data, mirrors
-// v1::EnvironmentState without the physics row.
+// v1::EnvironmentState without physics row and previous target.
 struct Episode {
   int64_t episode = 0;
   int32_t step = 0;
@@ -34,61 +40,84 @@ struct Episode {
   double episode_error = 0;  // sum of mean body distances, m
 };
 
-// Outcome of one control step.
+// Outcome of one control step. All numbers are finite; after a divergence they
+// are zero.
 struct StepResult {
   float reward = 0;
   float reward_terms[4] = {0, 0, 0, 0};  // unweighted kernels: position,
                                          // rotation, linear, angular velocity
   float mean_body_distance = 0;          // metres, over tracked bodies
-  bool terminated = false;               // failed
+  float power = 0;                       // watts, mean over the step
+  bool terminated = false;               // failed, or diverged
   bool truncated = false;                // time limit or clip end
   bool clip_end = false;                 // of truncated: by the clip
-  bool diverged = false;                 // physics became non-finite
+  bool diverged = false;                 // physics became unusable
 };
 
 // Motion tracking of a library by a character: observation, action law,
 // reward, termination and starts, as pure functions of an mjData that holds a
 // physics row, an Episode and the reference. Holds no state of its own.
 //
+// One episode:
+//
+//   Episode e = ...;  // clip and frame from a StartTable
+//   task.Reset(e, &noise_key, data, previous_target, work);
+//   loop:
+//     task.Observe(data, e, previous_target, observation, work);
+//     task.Target(data, e, action, target, work);
+//     StepResult r = task.Step(data, target, &e, previous_target, work);
+//
+// Reset and Step leave the data refreshed; a data into which a physics row was
+// put needs Refresh before Observe (Target and Step need nothing).
+//
 // Thread-safety: immutable; scratch is per thread in Workspace. Ownership:
 // borrows character and library, which must outlive it. Blocking: never; the
 // per-step methods neither allocate nor lock nor log. Errors: Create names the
-// field that does not fit (rates, joints, bodies, digests).
+// field that does not fit (rates, joints, bodies, feet, digests).
 class TrackingTask {
  public:
+  // Per-thread scratch; which fields mean something when is said at the
+  // methods. Made by MakeWorkspace.
+  struct Workspace {
+    BodyState body;       // last state observed, or reached by Step
+    BodyState reference;  // what Step compared `body` with
+    // Frames ahead of the last observation.
+    std::vector<BodyState> ahead;
+    std::vector<std::unique_ptr<motion::ReferenceFrame>> ahead_frames;
+    std::vector<const float*> ahead_contact;
+    std::unique_ptr<motion::ReferenceFrame> frame;
+    std::vector<float> self_contact, noise;
+    std::vector<double> joint_position;
+  };
+
+  // `recipe` has its defaults filled (common/config/recipe.h).
   static absl::StatusOr<std::unique_ptr<TrackingTask>> Create(
       const v1::Recipe& recipe, const character::Character& character,
       const motion::Library& library);
 
-  // Per-thread scratch (reference frames, previous target).
-  struct Workspace;
-  std::unique_ptr<Workspace, void (*)(Workspace*)> MakeWorkspace() const;
+  std::unique_ptr<Workspace> MakeWorkspace() const;
 
-  int observation_width() const;
-  int action_width() const;  // = number of joints
-  int substeps() const;      // physics steps per control step
-  const character::Character& character() const;
-  const motion::Library& library() const;
-  const v1::Recipe& recipe() const;
+  int observation_width() const { return observation_.width(); }
+  int action_width() const { return reader_.num_joints(); }
+  int substeps() const { return actuation_.substeps(); }
+  // Doubles of a physics row (mjSTATE_INTEGRATION).
+  int state_size() const { return static_cast<int>(fresh_row_.size()); }
+  const character::Character& character() const { return *character_; }
+  const motion::Library& library() const { return *library_; }
+  const v1::Recipe& recipe() const { return recipe_; }
   // Column names of the observation, for reports and golden tests.
   std::vector<std::string> ObservationNames() const;
 
-  // Draws the start of episode `episode` of `environment` (clip, frame) from
-  // the curriculum; pure in its arguments.
-  void DrawStart(uint64_t seed, int environment, int64_t episode,
-                 const v1::CurriculumTable& curriculum, Episode* out) const;
+  // Sets data to the reference pose of the episode's start, previous target to
+  // what action.h says; warm start, time and applied forces cleared. `noise`,
+  // if given, keys the recipe's start noise.
+  void Reset(const Episode& episode, const RandomKey* noise, mjData* data,
+             absl::Span<double> previous_target, Workspace* work) const;
 
-  // Sets data to the reference pose of the episode's start (plus start noise),
-  // previous target to that pose's base target; warm start cleared.
-  void Reset(uint64_t seed, int environment, const Episode& episode,
-             mjData* data, absl::Span<double> previous_target,
-             Workspace* work) const;
-
-  // Recomputes what observation and reward read (kinematics, com velocities)
-  // from qpos and qvel. Call after setting a physics row.
+  // Recomputes what observation and reward read from qpos and qvel.
   void Refresh(mjData* data) const;
 
-  // [observation_width] float32 of the refreshed state. Non-normalised.
+  // [observation_width] float32 of the refreshed state, not normalised.
   void Observe(const mjData* data, const Episode& episode,
                absl::Span<const double> previous_target,
                absl::Span<float> out, Workspace* work) const;
@@ -98,25 +127,43 @@ class TrackingTask {
               absl::Span<const float> action, absl::Span<double> target,
               Workspace* work) const;
 
-  // One control step under `target`: physics substeps with the torque law,
-  // refresh, reward, termination; advances the episode (step + 1, sums) and
-  // writes target into previous_target. Never resets.
+  // One control step under `target`: physics, refresh, reward, termination;
+  // advances the episode (step + 1, sums) and copies target into
+  // previous_target. Never resets. Leaves work->body and work->reference.
   StepResult Step(mjData* data, absl::Span<const double> target,
                   Episode* episode, absl::Span<double> previous_target,
                   Workspace* work) const;
 
- private:
-  struct Impl;
-  explicit TrackingTask(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  // The physics half of Step alone: what needs no reference.
+  ActuationResult Simulate(mjData* data, absl::Span<const double> target,
+                           absl::Span<double> previous_target) const;
 
- public:
-  ~TrackingTask();
+  // The other half: compares refreshed data with the frame after the episode's
+  // current one, and advances the episode.
+  StepResult Judge(const mjData* data, double power, Episode* episode,
+                   Workspace* work) const;
+
+ private:
+  TrackingTask(const v1::Recipe& recipe, const character::Character& character,
+               const motion::Library& library, ObservationBuilder observation);
+  void ReadJoints(const mjData* data, absl::Span<double> out) const;
+  void AddNoise(const RandomKey& key, mjData* data, Workspace* work) const;
+  void ReadContacts(const mjData* data, absl::Span<float> out) const;
+
+  v1::Recipe recipe_;
+  const character::Character* character_;
+  const motion::Library* library_;
+  BodyReader reader_;
+  ObservationBuilder observation_;
+  ActionLaw action_;
+  Actuation actuation_;
+  std::vector<double> fresh_row_;  // physics row of a new mjData
 };
 
-// Fills unset fields of a recipe with the defaults of recipe.proto and checks
-// ranges: INVALID_ARGUMENT "recipe field task.action.scale: expected > 0,
-// found -1". common to all roles: lives in common/config/recipe.h.
+// The pose of a row: root and joints to qpos and qvel (MuJoCo's free joint
+// wants its angular velocity in the body's frame). Other fields stay.
+void SetReferencePose(const character::Character& character,
+                      const motion::FrameView& frame, mjData* data);
 
 }  // namespace sinew::world
 

@@ -1,0 +1,263 @@
+#include "sim/world/tracking_task.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/status_macros.h"
+#include "sim/motion/rotation.h"
+#include "sim/world/reward.h"
+#include "sim/world/task_check.h"
+#include "sim/world/termination.h"
+
+namespace sinew::world {
+namespace {
+
+// Distance at which a sole counts as touching the floor, m.
+constexpr double kContactDistance = 0.005;
+
+std::vector<double> FreshRow(const mjModel* model) {
+  std::vector<double> row(mj_stateSize(model, mjSTATE_INTEGRATION));
+  const character::DataPtr data(mj_makeData(model));
+  mj_getState(model, data.get(), row.data(), mjSTATE_INTEGRATION);
+  return row;
+}
+
+int Substeps(const v1::Physics& physics) {
+  return static_cast<int>(
+      std::lround(physics.physics_hz() / physics.control_hz()));
+}
+
+std::string BodyName(const mjModel* model, int body) {
+  const char* name = mj_id2name(model, mjOBJ_BODY, body);
+  return name == nullptr ? "" : name;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
+    const v1::Recipe& recipe, const character::Character& character,
+    const motion::Library& library) {
+  SINEW_RETURN_IF_ERROR(CheckTask(recipe, character, library));
+  SINEW_ASSIGN_OR_RETURN(
+      ObservationBuilder observation,
+      ObservationBuilder::Create(
+          recipe.task().observation(),
+          static_cast<int>(character.tracked().size()),
+          static_cast<int>(character.joints().size()),
+          static_cast<int>(character.foot_bodies().size())));
+  return std::unique_ptr<TrackingTask>(new TrackingTask(
+      recipe, character, library, std::move(observation)));
+}
+
+TrackingTask::TrackingTask(const v1::Recipe& recipe,
+                           const character::Character& character,
+                           const motion::Library& library,
+                           ObservationBuilder observation)
+    : recipe_(recipe),
+      character_(&character),
+      library_(&library),
+      reader_(character),
+      observation_(std::move(observation)),
+      action_(recipe.task().action(), character.joints()),
+      actuation_(character, Substeps(recipe.physics()),
+                 recipe.task().action().ramp()),
+      fresh_row_(FreshRow(character.model())) {}
+
+std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
+  auto work = std::make_unique<Workspace>();
+  work->body = BodyState(reader_.num_bodies(), reader_.num_joints());
+  work->reference = work->body;
+  work->ahead.assign(observation_.frames_ahead().size(), work->body);
+  for (size_t i = 0; i < work->ahead.size(); ++i) {
+    work->ahead_frames.push_back(
+        std::make_unique<motion::ReferenceFrame>(*library_));
+    work->ahead_contact.push_back(work->ahead_frames.back()->view().contact);
+  }
+  work->frame = std::make_unique<motion::ReferenceFrame>(*library_);
+  work->self_contact.resize(character_->foot_bodies().size());
+  work->noise.resize(2 * reader_.num_joints());
+  work->joint_position.resize(reader_.num_joints());
+  return work;
+}
+
+std::vector<std::string> TrackingTask::ObservationNames() const {
+  world::ObservationNames names;
+  const mjModel* model = character_->model();
+  for (const auto& joint : character_->joints()) {
+    names.joints.push_back(joint.name);
+  }
+  for (int column : character_->tracked()) {
+    names.bodies.push_back(BodyName(model, column + 1));
+  }
+  for (int id : character_->foot_bodies()) {
+    names.feet.push_back(BodyName(model, id));
+  }
+  return observation_.Names(names);
+}
+
+void SetReferencePose(const character::Character& character,
+                      const motion::FrameView& frame, mjData* data) {
+  const mjModel* model = character.model();
+  const int root = model->body_jntadr[1];
+  double* qpos = data->qpos + model->jnt_qposadr[root];
+  double* qvel = data->qvel + model->jnt_dofadr[root];
+  const Eigen::Quaterniond rotation =
+      motion::FromWxyz(frame.root_rotation).normalized();
+  const Eigen::Vector3d world_rate(frame.root_angular_velocity[0],
+                                   frame.root_angular_velocity[1],
+                                   frame.root_angular_velocity[2]);
+  const Eigen::Vector3d local_rate = rotation.conjugate() * world_rate;
+  for (int i = 0; i < 3; ++i) {
+    qpos[i] = frame.root_position[i];
+    qvel[i] = frame.root_linear_velocity[i];
+    qvel[3 + i] = local_rate[i];
+  }
+  motion::ToWxyz(rotation, qpos + 3);
+  for (size_t j = 0; j < character.joints().size(); ++j) {
+    const character::JointInfo& joint = character.joints()[j];
+    data->qpos[joint.qpos_address] = frame.joint_position[j];
+    data->qvel[joint.dof_address] = frame.joint_velocity[j];
+  }
+}
+
+void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
+                            Workspace* work) const {
+  const double position = recipe_.task().start().joint_position_noise();
+  const double velocity = recipe_.task().start().joint_velocity_noise();
+  if (position == 0 && velocity == 0) return;
+  FillNormal(key, absl::MakeSpan(work->noise));
+  const int joints = reader_.num_joints();
+  for (int j = 0; j < joints; ++j) {
+    const character::JointInfo& joint = character_->joints()[j];
+    data->qpos[joint.qpos_address] += position * work->noise[j];
+    data->qvel[joint.dof_address] += velocity * work->noise[joints + j];
+  }
+}
+
+void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
+                         mjData* data, absl::Span<double> previous_target,
+                         Workspace* work) const {
+  work->frame->Load(*library_, episode.clip, episode.start_frame);
+  mj_setState(character_->model(), data, fresh_row_.data(),
+              mjSTATE_INTEGRATION);
+  SetReferencePose(*character_, work->frame->view(), data);
+  if (noise != nullptr) AddNoise(*noise, data, work);
+  ReadJoints(data, absl::MakeSpan(work->joint_position));
+  action_.InitialTarget(work->joint_position, work->frame->view(),
+                        previous_target);
+  Refresh(data);
+}
+
+void TrackingTask::Refresh(mjData* data) const {
+  BodyReader::Refresh(character_->model(), data);
+}
+
+void TrackingTask::ReadJoints(const mjData* data,
+                              absl::Span<double> out) const {
+  for (size_t j = 0; j < out.size(); ++j) {
+    out[j] = data->qpos[character_->joints()[j].qpos_address];
+  }
+}
+
+void TrackingTask::ReadContacts(const mjData* data,
+                                absl::Span<float> out) const {
+  const mjModel* model = character_->model();
+  for (size_t f = 0; f < out.size(); ++f) {
+    out[f] = 0;
+    for (int geom : character_->foot_geoms()[f]) {
+      const double distance =
+          mj_geomDistance(model, data, character_->floor_geom(), geom,
+                          2 * kContactDistance, nullptr);
+      if (distance < kContactDistance) out[f] = 1;
+    }
+  }
+}
+
+void TrackingTask::Observe(const mjData* data, const Episode& episode,
+                           absl::Span<const double> previous_target,
+                           absl::Span<float> out, Workspace* work) const {
+  const int64_t current = int64_t{episode.start_frame} + episode.step;
+  reader_.Read(character_->model(), data, &work->body);
+  for (size_t i = 0; i < work->ahead.size(); ++i) {
+    work->ahead_frames[i]->Load(*library_, episode.clip,
+                                current + observation_.frames_ahead()[i]);
+    reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
+  }
+  if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
+    ReadContacts(data, absl::MakeSpan(work->self_contact));
+  }
+  observation_.Build({.body = &work->body,
+                      .reference = work->ahead,
+                      .reference_contact = work->ahead_contact,
+                      .previous_target = previous_target,
+                      .self_contact = work->self_contact},
+                     out);
+}
+
+void TrackingTask::Target(const mjData* data, const Episode& episode,
+                          absl::Span<const float> action,
+                          absl::Span<double> target, Workspace* work) const {
+  work->frame->Load(*library_, episode.clip,
+                    int64_t{episode.start_frame} + episode.step + 1);
+  ReadJoints(data, absl::MakeSpan(work->joint_position));
+  action_.Target(work->joint_position, work->frame->view(), action, target);
+}
+
+ActuationResult TrackingTask::Simulate(
+    mjData* data, absl::Span<const double> target,
+    absl::Span<double> previous_target) const {
+  const ActuationResult result = actuation_.Run(previous_target, target, data);
+  std::copy(target.begin(), target.end(), previous_target.begin());
+  return result;
+}
+
+StepResult TrackingTask::Step(mjData* data, absl::Span<const double> target,
+                              Episode* episode,
+                              absl::Span<double> previous_target,
+                              Workspace* work) const {
+  const ActuationResult physics = Simulate(data, target, previous_target);
+  if (physics.diverged) {
+    ++episode->step;
+    StepResult result;
+    result.terminated = true;
+    result.diverged = true;
+    return result;
+  }
+  Refresh(data);
+  return Judge(data, physics.power, episode, work);
+}
+
+StepResult TrackingTask::Judge(const mjData* data, double power,
+                               Episode* episode, Workspace* work) const {
+  const v1::Task& task = recipe_.task();
+  ++episode->step;
+  work->frame->Load(*library_, episode->clip,
+                    int64_t{episode->start_frame} + episode->step);
+  reader_.Read(work->frame->view(), &work->reference);
+  reader_.Read(character_->model(), data, &work->body);
+  const RewardValue reward =
+      ComputeReward(task.reward(), work->body, work->reference, power);
+  const BodyDistances distances = MeasureDistances(
+      work->body, work->reference, character_->terminating());
+  const EpisodeEnding ending = JudgeEpisode(
+      distances.max_terminating, task.termination().max_body_distance(),
+      episode->start_frame, episode->step,
+      motion::LastFrame(library_->clip(episode->clip)),
+      task.max_episode_steps());
+  StepResult result;
+  result.reward = static_cast<float>(reward.total);
+  for (int i = 0; i < 4; ++i) {
+    result.reward_terms[i] = static_cast<float>(reward.terms[i]);
+  }
+  result.mean_body_distance = static_cast<float>(distances.mean);
+  result.power = static_cast<float>(power);
+  result.terminated = ending.terminated;
+  result.truncated = ending.clip_end || ending.time_limit;
+  result.clip_end = ending.clip_end;
+  episode->episode_return += reward.total;
+  episode->episode_error += distances.mean;
+  return result;
+}
+
+}  // namespace sinew::world
