@@ -4,9 +4,9 @@
 #include <array>
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include "absl/strings/escaping.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
@@ -37,7 +37,7 @@ Sha256::Sha256() : context_(std::make_unique<Context>()) {}
 
 Sha256::~Sha256() = default;
 
-void Sha256::Update(std::string_view bytes) {
+void Sha256::Update(absl::string_view bytes) {
   SINEW_CHECK(EVP_DigestUpdate(context_->evp, bytes.data(), bytes.size()) == 1)
       << "digest already finished";
 }
@@ -48,16 +48,16 @@ std::string Sha256::FinishHex() {
   SINEW_CHECK(EVP_DigestFinal_ex(context_->evp, digest.data(), &size) == 1)
       << "digest already finished";
   return absl::BytesToHexString(
-      std::string_view(reinterpret_cast<const char*>(digest.data()), size));
+      absl::string_view(reinterpret_cast<const char*>(digest.data()), size));
 }
 
-std::string Sha256Hex(std::string_view bytes) {
+std::string Sha256Hex(absl::string_view bytes) {
   Sha256 digest;
   digest.Update(bytes);
   return digest.FinishHex();
 }
 
-bool IsSha256Hex(std::string_view text) {
+bool IsSha256Hex(absl::string_view text) {
   return text.size() == kHexDigits &&
          std::all_of(text.begin(), text.end(), [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');

@@ -3,17 +3,17 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 
+#include "absl/strings/string_view.h"
 #include "google/protobuf/message_lite.h"
 
 namespace sinew {
 
 // SHA-256 as 64 lower-case hex digits.
-std::string Sha256Hex(std::string_view bytes);
+std::string Sha256Hex(absl::string_view bytes);
 
 // True if `text` is 64 lower-case hex digits.
-bool IsSha256Hex(std::string_view text);
+bool IsSha256Hex(absl::string_view text);
 
 // SHA-256 of bytes that arrive in pieces.
 //
@@ -25,7 +25,7 @@ class Sha256 {
   Sha256(const Sha256&) = delete;
   Sha256& operator=(const Sha256&) = delete;
 
-  void Update(std::string_view bytes);
+  void Update(absl::string_view bytes);
 
   // Digest of all bytes so far, as Sha256Hex. Ends the object's use.
   std::string FinishHex();

@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -23,7 +22,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 
 namespace sinew {
@@ -60,7 +61,7 @@ std::string FolderOf(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-absl::Status WriteAll(int fd, std::string_view content,
+absl::Status WriteAll(int fd, absl::string_view content,
                       const std::string& path) {
   while (!content.empty()) {
     const ssize_t written = write(fd, content.data(), content.size());
@@ -74,7 +75,7 @@ absl::Status WriteAll(int fd, std::string_view content,
 }
 
 // Writes a new file and forces it to the disk.
-absl::Status WriteDurably(const std::string& path, std::string_view content) {
+absl::Status WriteDurably(const std::string& path, absl::string_view content) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
                       S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
   if (fd < 0) return Error(errno, "create", path);
@@ -141,7 +142,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path,
 }
 
 absl::Status WriteFileAtomically(const std::string& path,
-                                 std::string_view content) {
+                                 absl::string_view content) {
   const std::string temporary = TemporaryPathFor(path);
   absl::Status status = WriteDurably(temporary, content);
   if (status.ok() && rename(temporary.c_str(), path.c_str()) != 0) {
@@ -154,11 +155,11 @@ absl::Status WriteFileAtomically(const std::string& path,
   return SyncFolder(FolderOf(path));
 }
 
-bool IsTemporaryName(std::string_view name) {
-  return name.find(kTemporaryMark) != std::string_view::npos;
+bool IsTemporaryName(absl::string_view name) {
+  return name.find(kTemporaryMark) != absl::string_view::npos;
 }
 
-absl::Status AppendToFile(const std::string& path, std::string_view content) {
+absl::Status AppendToFile(const std::string& path, absl::string_view content) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC,
                       S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
   if (fd < 0) return Error(errno, "append to", path);
@@ -217,11 +218,11 @@ absl::Status RemoveRecursively(const std::string& path) {
   return absl::OkStatus();
 }
 
-std::string JoinPath(std::string_view left, std::string_view right) {
+std::string JoinPath(absl::string_view left, absl::string_view right) {
   if (left.empty()) return std::string(right);
-  while (left.ends_with('/')) left.remove_suffix(1);
-  while (right.starts_with('/')) right.remove_prefix(1);
-  return std::string(left).append("/").append(right);
+  while (absl::EndsWith(left, "/")) left.remove_suffix(1);
+  while (absl::StartsWith(right, "/")) right.remove_prefix(1);
+  return absl::StrCat(left, "/", right);
 }
 
 absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Acquire(

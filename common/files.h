@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew {
 
@@ -26,14 +26,14 @@ absl::StatusOr<std::string> ReadFile(const std::string& path,
 // removed, the old content stays). A crash may leave the temporary file, which
 // IsTemporaryName() knows.
 absl::Status WriteFileAtomically(const std::string& path,
-                                 std::string_view content);
+                                 absl::string_view content);
 
 // True for names that WriteFileAtomically gives its temporary files.
-bool IsTemporaryName(std::string_view name);
+bool IsTemporaryName(absl::string_view name);
 
 // Adds `content` to the end of a file, which is created if need be, without
 // fsync: a crash of the machine may cut the end.
-absl::Status AppendToFile(const std::string& path, std::string_view content);
+absl::Status AppendToFile(const std::string& path, absl::string_view content);
 
 // Like mkdir -p.
 absl::Status MakeDirectories(const std::string& path);
@@ -51,7 +51,7 @@ absl::StatusOr<int64_t> FileSize(const std::string& path);
 absl::Status RemoveRecursively(const std::string& path);
 
 // Joins with exactly one slash; an empty left gives right.
-std::string JoinPath(std::string_view left, std::string_view right);
+std::string JoinPath(absl::string_view left, absl::string_view right);
 
 // Keeps other processes, and other holders in this one, from a folder: holds
 // an exclusive lock on the file LOCK in it, which names the holder's process.

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/rpc/chunks.h"
 #include "common/rpc/status.h"
 
@@ -26,7 +26,7 @@ grpc::Status BlobsService::GetBlob(grpc::ServerContext* /*context*/,
   }
   v1::BlobChunk chunk;
   const bool sent = rpc::ForEachChunk(
-      bytes, request->offset(), [&](std::string_view data, bool first) {
+      bytes, request->offset(), [&](absl::string_view data, bool first) {
         chunk.set_total_size(first ? size : 0);
         chunk.set_data(data.data(), data.size());
         return writer->Write(chunk);

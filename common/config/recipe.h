@@ -2,23 +2,23 @@
 #define SINEW_COMMON_CONFIG_RECIPE_H_
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew {
 
 // Parses a recipe from text proto. Errors name the file, line and field.
-absl::StatusOr<v1::Recipe> ParseRecipe(std::string_view text,
-                                       std::string_view source);
+absl::StatusOr<v1::Recipe> ParseRecipe(absl::string_view text,
+                                       absl::string_view source);
 
 // Applies `--set path=value`, e.g. "ppo.epochs=3",
 // "network.policy_hidden=[512,256]", "task.action.ramp=true". Unknown path or
 // unparsable value: INVALID_ARGUMENT naming it and the nearest known field.
-absl::Status SetRecipeField(v1::Recipe& recipe, std::string_view assignment);
+absl::Status SetRecipeField(v1::Recipe& recipe, absl::string_view assignment);
 
 // Fills unset fields with the defaults documented in recipe.proto.
 v1::Recipe WithDefaults(v1::Recipe recipe);

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "common/policy/orthogonal.h"
 #include "common/policy/validate.h"
@@ -39,7 +39,7 @@ absl::StatusOr<v1::Op> ActivationOp(v1::Network::Activation activation) {
   }
 }
 
-absl::Status CheckPositive(std::string_view name, double value) {
+absl::Status CheckPositive(absl::string_view name, double value) {
   if (value > 0 && std::isfinite(value)) return absl::OkStatus();
   return Bad(name, ": expected > 0, found ", value);
 }

@@ -45,7 +45,7 @@ struct TrackingPolicyOptions {
   int64_t observation_width = 0;
   int64_t action_width = 0;
   // With defaults filled (common/config/recipe.h).
-  v1::Network network;
+  v1::Network network{};
 };
 
 // Both graphs. INVALID_ARGUMENT names the option, expected and found.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "common/policy/aligned_buffer.h"
 #include "common/policy/linear_kernel.h"
@@ -22,8 +23,8 @@ class GraphExecutor : public Executor {
  public:
   GraphExecutor(std::shared_ptr<const WeightsPack> pack, int max_batch);
 
-  int input_index(std::string_view name) const override;
-  int tap_index(std::string_view name) const override;
+  int input_index(absl::string_view name) const override;
+  int tap_index(absl::string_view name) const override;
   int64_t input_width(int input) const override { return values_[input].width; }
   int64_t tap_width(int tap) const override {
     return values_[plan().taps[tap].value].width;
@@ -75,14 +76,14 @@ GraphExecutor::GraphExecutor(std::shared_ptr<const WeightsPack> pack,
   }
 }
 
-int GraphExecutor::input_index(std::string_view name) const {
+int GraphExecutor::input_index(absl::string_view name) const {
   for (int i = 0; i < plan().num_inputs; ++i) {
     if (plan().values[i].name == name) return i;
   }
   return -1;
 }
 
-int GraphExecutor::tap_index(std::string_view name) const {
+int GraphExecutor::tap_index(absl::string_view name) const {
   for (size_t i = 0; i < plan().taps.size(); ++i) {
     if (plan().taps[i].name == name) return static_cast<int>(i);
   }

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <memory>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"   // IWYU pragma: export
 #include "common/policy/validate.h"      // IWYU pragma: export
@@ -41,8 +41,8 @@ class Executor {
   virtual ~Executor() = default;
 
   // Index of an input or tap by name; -1 if absent. Resolve once, not per Run.
-  virtual int input_index(std::string_view name) const = 0;
-  virtual int tap_index(std::string_view name) const = 0;
+  virtual int input_index(absl::string_view name) const = 0;
+  virtual int tap_index(absl::string_view name) const = 0;
   virtual int64_t input_width(int input) const = 0;
   virtual int64_t tap_width(int tap) const = 0;
 

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 
 namespace sinew::policy {
@@ -84,7 +84,7 @@ absl::StatusOr<Rule> RuleOf(v1::Op op) {
   }
 }
 
-absl::Status CheckCount(std::string_view what, int64_t found, int least,
+absl::Status CheckCount(absl::string_view what, int64_t found, int least,
                         int most) {
   if (found >= least && (most < 0 || found <= most)) return absl::OkStatus();
   if (most < 0) {
@@ -98,7 +98,7 @@ absl::Status CheckCount(std::string_view what, int64_t found, int least,
 
 // An attribute that the operation lacks must be unset.
 template <typename T>
-absl::Status CheckUnset(std::string_view name, T value, bool applies) {
+absl::Status CheckUnset(absl::string_view name, T value, bool applies) {
   if (applies || value == 0) return absl::OkStatus();
   return Bad("attribute ", name, ": expected unset, found ", value);
 }
@@ -127,14 +127,14 @@ absl::Status CheckAttributes(const v1::Node& node, unsigned attributes) {
   return absl::OkStatus();
 }
 
-absl::Status CheckShape(std::string_view what, const Shape& found,
+absl::Status CheckShape(absl::string_view what, const Shape& found,
                         const Shape& expected) {
   if (found == expected) return absl::OkStatus();
   return Bad(what, ": expected shape ", Text(expected), ", found ",
              Text(found));
 }
 
-absl::Status CheckRank(std::string_view what, const Shape& found, size_t rank) {
+absl::Status CheckRank(absl::string_view what, const Shape& found, size_t rank) {
   if (found.size() == rank) return absl::OkStatus();
   return Bad(what, ": expected ", rank, " extents, found ", Text(found));
 }

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "absl/strings/string_view.h"
 #include "common/digest.h"
 #include "common/policy/linear_kernel.h"
 #include "common/policy/validate.h"
@@ -141,7 +142,7 @@ std::string Identity(const v1::Graph& graph, const Shapes& shapes) {
 }  // namespace
 
 absl::StatusOr<Plan> MakePlan(const v1::PolicyGraph& graph,
-                              std::string_view graph_name) {
+                              absl::string_view graph_name) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* one, FindGraph(graph, graph_name));
   SINEW_ASSIGN_OR_RETURN((const std::map<std::string, int64_t> widths),
                          InferWidths(graph, graph_name));

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/graph.pb.h"
 
 namespace sinew::policy::internal {
@@ -68,7 +68,7 @@ struct Plan {
 
 // Resolves a graph that ValidateGraph accepts. NOT_FOUND: no such graph.
 absl::StatusOr<Plan> MakePlan(const v1::PolicyGraph& graph,
-                              std::string_view graph_name);
+                              absl::string_view graph_name);
 
 }  // namespace sinew::policy::internal
 

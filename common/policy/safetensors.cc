@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "common/policy/safetensors_header.h"
 #include "common/status_macros.h"
@@ -124,24 +125,25 @@ std::string SerializeSafetensors(
   return bytes;
 }
 
-absl::StatusOr<TensorMap> ParseSafetensors(std::string_view bytes,
-                                           std::string_view source) {
+absl::StatusOr<TensorMap> ParseSafetensors(absl::string_view bytes,
+                                           absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(internal::SafetensorsLayout layout,
                          internal::ParseSafetensorsLayout(bytes, source));
-  const std::string_view data = bytes.substr(layout.data_offset);
+  const absl::string_view data = bytes.substr(layout.data_offset);
   TensorMap tensors;
   for (internal::SafetensorsEntry& entry : layout.entries) {
     HostTensor tensor;
     tensor.dtype = entry.dtype;
     tensor.shape = std::move(entry.shape);
-    tensor.data = data.substr(entry.begin, entry.end - entry.begin);
+    tensor.data =
+        std::string(data.substr(entry.begin, entry.end - entry.begin));
     tensors.emplace(std::move(entry.name), std::move(tensor));
   }
   return tensors;
 }
 
 absl::StatusOr<std::map<std::string, TensorLocation>> LocateSafetensors(
-    std::string_view bytes, std::string_view source) {
+    absl::string_view bytes, absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(const internal::SafetensorsLayout layout,
                          internal::ParseSafetensorsLayout(bytes, source));
   std::map<std::string, TensorLocation> locations;
@@ -152,7 +154,7 @@ absl::StatusOr<std::map<std::string, TensorLocation>> LocateSafetensors(
   return locations;
 }
 
-absl::Status CheckFinite(const TensorMap& tensors, std::string_view source) {
+absl::Status CheckFinite(const TensorMap& tensors, absl::string_view source) {
   for (const auto& [name, tensor] : tensors) {
     int64_t bad = -1;
     if (tensor.dtype == v1::DATA_TYPE_FLOAT32) {

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "proto/sinew/v1/tensor.pb.h"
 
@@ -46,8 +46,8 @@ std::string SerializeSafetensors(
 // length, JSON, overlapping or out-of-range offsets, wrong size, unknown
 // dtype), without allocating more than the input's size. `source` names the
 // file or peer in errors. Non-finite numbers are NOT checked here.
-absl::StatusOr<TensorMap> ParseSafetensors(std::string_view bytes,
-                                           std::string_view source);
+absl::StatusOr<TensorMap> ParseSafetensors(absl::string_view bytes,
+                                           absl::string_view source);
 
 // Byte offset and length of a tensor's data within the serialised file, for
 // ONNX external data. NOT_FOUND.
@@ -56,11 +56,11 @@ struct TensorLocation {
   int64_t length = 0;
 };
 absl::StatusOr<std::map<std::string, TensorLocation>> LocateSafetensors(
-    std::string_view bytes, std::string_view source);
+    absl::string_view bytes, absl::string_view source);
 
 // INVALID_ARGUMENT naming the first tensor and element that is NaN or
 // infinite.
-absl::Status CheckFinite(const TensorMap& tensors, std::string_view source);
+absl::Status CheckFinite(const TensorMap& tensors, absl::string_view source);
 
 }  // namespace sinew
 

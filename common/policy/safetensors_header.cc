@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "nlohmann/json.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 
 struct TypeInfo {
   v1::DataType dtype;
-  std::string_view name;
+  absl::string_view name;
   int64_t size;
 };
 
@@ -28,7 +29,7 @@ constexpr TypeInfo kTypes[] = {
 };
 
 // A name from outside, fit for a message.
-std::string Quoted(std::string_view name) {
+std::string Quoted(absl::string_view name) {
   constexpr size_t kLongest = 80;
   std::string text = absl::CHexEscape(name.substr(0, kLongest));
   return absl::StrCat("\"", text, name.size() > kLongest ? "...\"" : "\"");
@@ -86,10 +87,10 @@ class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
     }
     return false;
   }
-  bool Value(std::string_view found) {
+  bool Value(absl::string_view found) {
     return Fail(absl::StrCat("expected ", Expected(), ", found ", found));
   }
-  std::string_view Expected() const;
+  absl::string_view Expected() const;
   bool FinishTensor();
 
   State state_ = State::kStart;
@@ -100,7 +101,7 @@ class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
   std::set<std::string> names_;
 };
 
-std::string_view HeaderReader::Expected() const {
+absl::string_view HeaderReader::Expected() const {
   switch (state_) {
     case State::kStart:
     case State::kTensors:
@@ -269,7 +270,7 @@ std::optional<int64_t> NumBytes(const SafetensorsEntry& entry) {
 
 // Sorted entries must tile [0, size).
 absl::Status CheckTiling(const std::vector<SafetensorsEntry>& entries,
-                         int64_t size, std::string_view source) {
+                         int64_t size, absl::string_view source) {
   int64_t at = 0;
   for (const SafetensorsEntry& entry : entries) {
     const std::string name =
@@ -294,8 +295,8 @@ absl::Status CheckTiling(const std::vector<SafetensorsEntry>& entries,
   return absl::OkStatus();
 }
 
-absl::StatusOr<int64_t> HeaderLength(std::string_view bytes,
-                                     std::string_view source) {
+absl::StatusOr<int64_t> HeaderLength(absl::string_view bytes,
+                                     absl::string_view source) {
   if (bytes.size() < 8) {
     return absl::InvalidArgumentError(absl::StrCat(
         source, ": expected at least 8 bytes, found ", bytes.size()));
@@ -319,7 +320,7 @@ int64_t DataTypeSize(v1::DataType dtype) {
   return 0;
 }
 
-std::string_view SafetensorsTypeName(v1::DataType dtype) {
+absl::string_view SafetensorsTypeName(v1::DataType dtype) {
   for (const TypeInfo& type : kTypes) {
     if (type.dtype == dtype) return type.name;
   }
@@ -327,9 +328,9 @@ std::string_view SafetensorsTypeName(v1::DataType dtype) {
 }
 
 absl::StatusOr<SafetensorsLayout> ParseSafetensorsLayout(
-    std::string_view bytes, std::string_view source) {
+    absl::string_view bytes, absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(const int64_t length, HeaderLength(bytes, source));
-  const std::string_view header = bytes.substr(8, length);
+  const absl::string_view header = bytes.substr(8, length);
   HeaderReader reader;
   const bool read = nlohmann::json::sax_parse(header, &reader);
   if (!read || !reader.error.empty()) {

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/tensor.pb.h"
 
 namespace sinew::internal {
@@ -37,13 +37,13 @@ inline constexpr int kMaxSafetensorsRank = 8;
 int64_t DataTypeSize(v1::DataType dtype);
 
 // Name in a safetensors header ("F32"); empty for a type without one.
-std::string_view SafetensorsTypeName(v1::DataType dtype);
+absl::string_view SafetensorsTypeName(v1::DataType dtype);
 
 // Reads the header of a safetensors file image. Total: any bytes give a layout
 // or INVALID_ARGUMENT saying what is wrong, prefixed by `source`. Allocates in
 // proportion to the header's size.
 absl::StatusOr<SafetensorsLayout> ParseSafetensorsLayout(
-    std::string_view bytes, std::string_view source);
+    absl::string_view bytes, absl::string_view source);
 
 }  // namespace sinew::internal
 

@@ -9,6 +9,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/ops.h"
 #include "common/status_macros.h"
 
@@ -24,17 +25,17 @@ absl::Status Bad(const Parts&... parts) {
   return absl::InvalidArgumentError(absl::StrCat(parts...));
 }
 
-absl::Status At(std::string_view where, const absl::Status& status) {
+absl::Status At(absl::string_view where, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::Status(status.code(),
                       absl::StrCat(where, ": ", status.message()));
 }
 
-std::string Quoted(std::string_view name) {
+std::string Quoted(absl::string_view name) {
   return absl::StrCat("\"", absl::CHexEscape(name.substr(0, 80)), "\"");
 }
 
-absl::Status CheckName(std::string_view name) {
+absl::Status CheckName(absl::string_view name) {
   constexpr size_t kLongest = 200;
   bool good = !name.empty() && name.size() <= kLongest;
   for (const char c : name) {
@@ -128,7 +129,7 @@ absl::Status AddNodes(const v1::Graph& graph, const Shapes& shapes,
   return absl::OkStatus();
 }
 
-absl::StatusOr<int64_t> WidthOfValue(std::string_view field,
+absl::StatusOr<int64_t> WidthOfValue(absl::string_view field,
                                      const std::string& value,
                                      const Widths& widths) {
   const auto found = widths.find(value);
@@ -302,8 +303,8 @@ absl::Status ValidateGraph(const v1::PolicyGraph& graph,
 }
 
 absl::StatusOr<const v1::Graph*> FindGraph(const v1::PolicyGraph& graph,
-                                           std::string_view graph_name) {
-  std::vector<std::string_view> names;
+                                           absl::string_view graph_name) {
+  std::vector<absl::string_view> names;
   for (const v1::Graph& one : graph.graphs()) {
     if (one.name() == graph_name) return &one;
     names.push_back(one.name());
@@ -314,7 +315,7 @@ absl::StatusOr<const v1::Graph*> FindGraph(const v1::PolicyGraph& graph,
 }
 
 absl::StatusOr<std::map<std::string, int64_t>> InferWidths(
-    const v1::PolicyGraph& graph, std::string_view graph_name) {
+    const v1::PolicyGraph& graph, absl::string_view graph_name) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* one, FindGraph(graph, graph_name));
   SINEW_ASSIGN_OR_RETURN(const Shapes shapes, ParameterShapes(graph));
   return CheckGraph(*one, shapes);

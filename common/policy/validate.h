@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/graph.pb.h"
 
@@ -30,11 +30,11 @@ absl::Status ValidateGraph(const v1::PolicyGraph& graph);
 // Widths of every input and node of a graph, by name. NOT_FOUND: no graph of
 // that name. INVALID_ARGUMENT as above.
 absl::StatusOr<std::map<std::string, int64_t>> InferWidths(
-    const v1::PolicyGraph& graph, std::string_view graph_name);
+    const v1::PolicyGraph& graph, absl::string_view graph_name);
 
 // The graph of that name. NOT_FOUND lists the names that there are.
 absl::StatusOr<const v1::Graph*> FindGraph(const v1::PolicyGraph& graph,
-                                           std::string_view graph_name);
+                                           absl::string_view graph_name);
 
 }  // namespace sinew::policy
 

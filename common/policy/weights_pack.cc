@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/string_view.h"
 #include "common/policy/linear_kernel.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
@@ -61,7 +62,7 @@ AlignedBuffer Pack(v1::Op op, size_t index, const HostTensor& tensor) {
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const WeightsPack>> PackWeights(
-    const v1::PolicyGraph& graph, std::string_view graph_name,
+    const v1::PolicyGraph& graph, absl::string_view graph_name,
     const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(ValidateGraph(graph, weights));
   SINEW_ASSIGN_OR_RETURN(internal::Plan plan,

@@ -2,10 +2,10 @@
 #define SINEW_COMMON_POLICY_WEIGHTS_PACK_H_
 
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/aligned_buffer.h"
 #include "common/policy/plan.h"
 #include "common/policy/safetensors.h"
@@ -37,7 +37,7 @@ class WeightsPack {
 
 // Validates graph and weights (ValidateGraph) and lays out the named graph.
 absl::StatusOr<std::shared_ptr<const WeightsPack>> PackWeights(
-    const v1::PolicyGraph& graph, std::string_view graph_name,
+    const v1::PolicyGraph& graph, absl::string_view graph_name,
     const TensorMap& weights);
 
 }  // namespace sinew::policy

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::rpc {
 
@@ -24,7 +25,7 @@ absl::Status ChunkAssembler::Begin(int64_t total_bytes) {
   return absl::OkStatus();
 }
 
-absl::Status ChunkAssembler::Append(std::string_view chunk) {
+absl::Status ChunkAssembler::Append(absl::string_view chunk) {
   if (!begun_) {
     return absl::InvalidArgumentError(
         "chunk: expected a first message with the total size");
@@ -34,7 +35,7 @@ absl::Status ChunkAssembler::Append(std::string_view chunk) {
         absl::StrCat("payload: expected ", total_bytes_, " bytes, found ",
                      bytes_.size() + chunk.size(), " or more"));
   }
-  bytes_.append(chunk);
+  bytes_.append(chunk.data(), chunk.size());
   return absl::OkStatus();
 }
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::rpc {
 
@@ -18,9 +18,9 @@ inline constexpr int64_t kChunkBytes = 256 * 1024;
 // Stops and returns false as soon as `send` does. Precondition: offset within
 // [0, size].
 template <typename Send>
-bool ForEachChunk(std::string_view bytes, int64_t offset, Send&& send) {
+bool ForEachChunk(absl::string_view bytes, int64_t offset, Send&& send) {
   bool first = true;
-  std::string_view rest = bytes.substr(offset);
+  absl::string_view rest = bytes.substr(offset);
   while (first || !rest.empty()) {
     const size_t size = std::min<size_t>(rest.size(), kChunkBytes);
     if (!send(rest.substr(0, size), first)) return false;
@@ -48,7 +48,7 @@ class ChunkAssembler {
   absl::Status Begin(int64_t total_bytes);
 
   // INVALID_ARGUMENT: not begun, or more bytes than declared.
-  absl::Status Append(std::string_view chunk);
+  absl::Status Append(absl::string_view chunk);
 
   // True when a payload was begun and all of its bytes are there.
   bool complete() const {

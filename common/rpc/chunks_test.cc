@@ -2,10 +2,10 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -18,9 +18,9 @@ using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-std::vector<int64_t> SizesOf(std::string_view bytes, int64_t offset) {
+std::vector<int64_t> SizesOf(absl::string_view bytes, int64_t offset) {
   std::vector<int64_t> sizes;
-  ForEachChunk(bytes, offset, [&](std::string_view chunk, bool first) {
+  ForEachChunk(bytes, offset, [&](absl::string_view chunk, bool first) {
     EXPECT_EQ(first, sizes.empty());
     sizes.push_back(static_cast<int64_t>(chunk.size()));
     return true;
@@ -41,7 +41,7 @@ TEST(ForEachChunk, StopsWhenTheReceiverIsGone) {
   const std::string bytes(3 * kChunkBytes, 'x');
   int sent = 0;
 
-  EXPECT_FALSE(ForEachChunk(bytes, 0, [&](std::string_view, bool) {
+  EXPECT_FALSE(ForEachChunk(bytes, 0, [&](absl::string_view, bool) {
     return ++sent < 2;
   }));
   EXPECT_EQ(sent, 2);
@@ -52,7 +52,7 @@ TEST(ChunkAssembler, PutsTogetherWhatWasCut) {
   ChunkAssembler payload(/*max_bytes=*/1 << 20);
 
   ASSERT_THAT(payload.Begin(static_cast<int64_t>(bytes.size())), IsOk());
-  ForEachChunk(bytes, 0, [&](std::string_view chunk, bool) {
+  ForEachChunk(bytes, 0, [&](absl::string_view chunk, bool) {
     EXPECT_FALSE(payload.complete());
     return payload.Append(chunk).ok();
   });

@@ -30,7 +30,7 @@ class Server {
   struct Options {
     // "unix:PATH" or "HOST:PORT"; port 0 takes a free one.
     std::string address;
-    Security security;
+    Security security = {};
     // Threads that serve calls, streams included, >= 8.
     int max_threads = 1024;
   };

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "common/digest.h"
 #include "common/status_macros.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 using Layout = v1::SegmentLayout;
 
-void AddColumn(Layout& layout, std::string_view name, v1::DataType dtype,
+void AddColumn(Layout& layout, absl::string_view name, v1::DataType dtype,
                Layout::Lead lead, std::initializer_list<int64_t> shape = {}) {
   Layout::Column* column = layout.add_columns();
   column->set_name(std::string(name));
@@ -54,8 +55,7 @@ absl::Status CheckColumn(const v1::Tensor& found, const Layout::Column& column,
                      v1::DataType_Name(column.dtype()), ", found ",
                      v1::DataType_Name(found.dtype())));
   }
-  const auto expected =
-      ExpectedShape(column, steps, environments, truncations);
+  const auto expected = ExpectedShape(column, steps, environments, truncations);
   int64_t bytes = ElementBytes(column.dtype());
   for (int64_t extent : expected) bytes *= extent;
   if (ShapeText(found.shape()) != ShapeText(expected)) {
@@ -104,8 +104,8 @@ absl::Status CheckFlags(const v1::Segment& segment) {
           "segment step ", step, ": both terminated and truncated"));
     }
   }
-  const std::string_view expected(reinterpret_cast<const char*>(steps.data()),
-                                  steps.size() * sizeof(int32_t));
+  const absl::string_view expected(reinterpret_cast<const char*>(steps.data()),
+                                   steps.size() * sizeof(int32_t));
   if (index->data() != expected) {
     return absl::InvalidArgumentError(
         absl::StrCat("segment column truncation_index: expected the ",
@@ -152,8 +152,8 @@ v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
   AddColumn(layout, column::kValid, kFlag, kStep);
   AddColumn(layout, column::kClip, kInt, kStep);
   AddColumn(layout, column::kFrame, kInt, kStep);
-  AddColumn(layout, column::kBoundaryObservation, kFloat,
-            Layout::LEAD_BOUNDARY, {observation_width});
+  AddColumn(layout, column::kBoundaryObservation, kFloat, Layout::LEAD_BOUNDARY,
+            {observation_width});
   AddColumn(layout, column::kTruncationIndex, kInt, Layout::LEAD_TRUNCATION);
   AddColumn(layout, column::kTruncationObservation, kFloat,
             Layout::LEAD_TRUNCATION, {observation_width});
@@ -165,7 +165,7 @@ std::string LayoutSha256(const v1::SegmentLayout& layout) {
 }
 
 const v1::Tensor* FindColumn(const v1::Segment& segment,
-                             std::string_view name) {
+                             absl::string_view name) {
   for (const v1::Tensor& tensor : segment.columns()) {
     if (tensor.name() == name) return &tensor;
   }
@@ -201,9 +201,9 @@ absl::Status CheckColumns(const v1::Segment& segment,
     truncations = index->shape(0);
   }
   if (truncations < 0 || truncations > steps * environments) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "segment column truncation_index: expected at most ",
-        steps * environments, " rows, found ", truncations));
+    return absl::InvalidArgumentError(
+        absl::StrCat("segment column truncation_index: expected at most ",
+                     steps * environments, " rows, found ", truncations));
   }
   for (int i = 0; i < layout.columns_size(); ++i) {
     SINEW_RETURN_IF_ERROR(CheckColumn(segment.columns(i), layout.columns(i),

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew {
@@ -27,9 +27,9 @@ namespace sinew {
 //   reward_terms            [T, E, 4] float32  kernels before weighting, (0, 1]
 //   body_distance           [T, E]    float32  mean over tracked bodies, m
 //   terminated              [T, E]    uint8    1: failed at s_{t+1}
-//   truncated               [T, E]    uint8    1: cut off at s_{t+1}, not failed
-//   valid                   [T, E]    uint8    0: the simulation diverged
-//   clip, frame             [T, E]    int32    reference at s_t
+//   truncated               [T, E]    uint8    1: cut off at s_{t+1}, not
+//   failed valid                   [T, E]    uint8    0: the simulation
+//   diverged clip, frame             [T, E]    int32    reference at s_t
 //   boundary_observation    [E, O]    float32  of s_T
 //   truncation_index        [K]       int32    t * E + e of truncated steps
 //   truncation_observation  [K, O]    float32  of their s_{t+1}
@@ -44,22 +44,23 @@ namespace sinew {
 // A diverged step has valid 0, terminated 1, reward 0: no loss and no statistic
 // may use the row, and the step before it sees a failure.
 namespace column {
-inline constexpr std::string_view kObservation = "observation";
-inline constexpr std::string_view kAction = "action";
-inline constexpr std::string_view kActionMean = "action_mean";
-inline constexpr std::string_view kTarget = "target";
-inline constexpr std::string_view kLogProbability = "log_probability";
-inline constexpr std::string_view kReward = "reward";
-inline constexpr std::string_view kRewardTerms = "reward_terms";
-inline constexpr std::string_view kBodyDistance = "body_distance";
-inline constexpr std::string_view kTerminated = "terminated";
-inline constexpr std::string_view kTruncated = "truncated";
-inline constexpr std::string_view kValid = "valid";
-inline constexpr std::string_view kClip = "clip";
-inline constexpr std::string_view kFrame = "frame";
-inline constexpr std::string_view kBoundaryObservation = "boundary_observation";
-inline constexpr std::string_view kTruncationIndex = "truncation_index";
-inline constexpr std::string_view kTruncationObservation =
+inline constexpr absl::string_view kObservation = "observation";
+inline constexpr absl::string_view kAction = "action";
+inline constexpr absl::string_view kActionMean = "action_mean";
+inline constexpr absl::string_view kTarget = "target";
+inline constexpr absl::string_view kLogProbability = "log_probability";
+inline constexpr absl::string_view kReward = "reward";
+inline constexpr absl::string_view kRewardTerms = "reward_terms";
+inline constexpr absl::string_view kBodyDistance = "body_distance";
+inline constexpr absl::string_view kTerminated = "terminated";
+inline constexpr absl::string_view kTruncated = "truncated";
+inline constexpr absl::string_view kValid = "valid";
+inline constexpr absl::string_view kClip = "clip";
+inline constexpr absl::string_view kFrame = "frame";
+inline constexpr absl::string_view kBoundaryObservation =
+    "boundary_observation";
+inline constexpr absl::string_view kTruncationIndex = "truncation_index";
+inline constexpr absl::string_view kTruncationObservation =
     "truncation_observation";
 }  // namespace column
 
@@ -76,7 +77,8 @@ v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
 std::string LayoutSha256(const v1::SegmentLayout& layout);
 
 // The column of that name, or null.
-const v1::Tensor* FindColumn(const v1::Segment& segment, std::string_view name);
+const v1::Tensor* FindColumn(const v1::Segment& segment,
+                             absl::string_view name);
 
 // Bytes of one element; 0 for an unknown type.
 int64_t ElementBytes(v1::DataType dtype);

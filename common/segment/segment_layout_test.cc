@@ -8,6 +8,8 @@
 #include <limits>
 #include <string>
 
+#include "absl/strings/string_view.h"
+
 namespace sinew {
 namespace {
 
@@ -22,7 +24,7 @@ v1::SegmentLayout Layout() {
   return MakeSegmentLayout(kObservationWidth, kActionWidth);
 }
 
-v1::Tensor* Column(v1::Segment& segment, std::string_view name) {
+v1::Tensor* Column(v1::Segment& segment, absl::string_view name) {
   return const_cast<v1::Tensor*>(FindColumn(segment, name));
 }
 
@@ -30,7 +32,8 @@ v1::Tensor* Column(v1::Segment& segment, std::string_view name) {
 // truncated.
 v1::Segment GoodSegment() {
   v1::Segment segment;
-  for (const auto& column : Layout().columns()) {
+  const v1::SegmentLayout layout = Layout();
+  for (const auto& column : layout.columns()) {
     v1::Tensor* tensor = segment.add_columns();
     tensor->set_name(column.name());
     tensor->set_dtype(column.dtype());

@@ -1,8 +1,8 @@
 #include "common/testing/matchers.h"
 
 #include <string>
-#include <string_view>
 
+#include "absl/strings/string_view.h"
 #include "google/protobuf/message.h"
 #include "google/protobuf/text_format.h"
 #include "google/protobuf/util/message_differencer.h"
@@ -23,7 +23,7 @@ std::string DifferenceOf(const google::protobuf::Message& actual,
   return "with the difference (expected -> actual):\n" + difference;
 }
 
-void ParseTextOrFail(std::string_view text,
+void ParseTextOrFail(absl::string_view text,
                      google::protobuf::Message& message) {
   if (!google::protobuf::TextFormat::ParseFromString(std::string(text),
                                                      &message)) {

@@ -4,12 +4,12 @@
 #include <memory>
 #include <ostream>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "google/protobuf/message.h"
 
@@ -77,7 +77,7 @@ std::string DifferenceOf(const google::protobuf::Message& actual,
                          const google::protobuf::Message& expected);
 
 // Parses `text` into `message`; a test failure if that is impossible.
-void ParseTextOrFail(std::string_view text, google::protobuf::Message& message);
+void ParseTextOrFail(absl::string_view text, google::protobuf::Message& message);
 
 }  // namespace internal
 
@@ -124,7 +124,7 @@ MATCHER_P(EqualsProto, expected,
   using MessageType = std::remove_cvref_t<decltype(arg)>;
   using ExpectedType = std::remove_cvref_t<decltype(expected)>;
   std::string difference;
-  if constexpr (std::is_convertible_v<ExpectedType, std::string_view>) {
+  if constexpr (std::is_convertible_v<ExpectedType, absl::string_view>) {
     MessageType parsed;
     internal::ParseTextOrFail(expected, parsed);
     difference = internal::DifferenceOf(arg, parsed);

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
@@ -35,7 +36,7 @@ GraphModule::GraphModule(v1::Graph graph, Precision precision)
     : graph_(std::move(graph)), precision_(precision) {}
 
 absl::StatusOr<std::unique_ptr<const GraphModule>> GraphModule::Create(
-    const v1::PolicyGraph& graph, std::string_view graph_name,
+    const v1::PolicyGraph& graph, absl::string_view graph_name,
     Precision precision) {
   SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph));
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* one,
@@ -75,7 +76,7 @@ absl::Status GraphModule::Resolve(const v1::PolicyGraph& all) {
   return absl::OkStatus();
 }
 
-int GraphModule::ValueIndex(std::string_view name) const {
+int GraphModule::ValueIndex(absl::string_view name) const {
   for (int i = 0; i < graph_.inputs_size(); ++i) {
     if (graph_.inputs(i).name() == name) return i;
   }
@@ -105,8 +106,8 @@ absl::StatusOr<GraphPlan> GraphModule::MakePlan(
     absl::Span<const std::string> given,
     absl::Span<const std::string> wanted) const {
   GraphPlan plan;
-  for (auto [names, values] : {std::pair{given, &plan.given},
-                               std::pair{wanted, &plan.wanted}}) {
+  for (auto [names, values] :
+       {std::pair{given, &plan.given}, std::pair{wanted, &plan.wanted}}) {
     for (const std::string& name : names) {
       values->push_back(ValueIndex(name));
       if (values->back() >= 0) continue;
@@ -123,8 +124,8 @@ absl::StatusOr<GraphPlan> GraphModule::MakePlan(
     if (!needed[value] || is_given[value]) continue;
     if (value < inputs) {
       return absl::InvalidArgumentError(
-          absl::StrCat("graph ", graph_.name(), ": input \"",
-                       ValueName(value), "\" is needed and not given"));
+          absl::StrCat("graph ", graph_.name(), ": input \"", ValueName(value),
+                       "\" is needed and not given"));
     }
     const NodeInfo& node = *NodeOf(value);
     for (const int input : node.inputs) needed[input] = true;

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "proto/sinew/v1/graph.pb.h"
 
@@ -46,7 +46,7 @@ class GraphModule {
  public:
   // Validates `graph` in full.
   static absl::StatusOr<std::unique_ptr<const GraphModule>> Create(
-      const v1::PolicyGraph& graph, std::string_view graph_name,
+      const v1::PolicyGraph& graph, absl::string_view graph_name,
       Precision precision);
 
   const v1::Graph& graph() const { return graph_; }
@@ -77,15 +77,15 @@ class GraphModule {
   struct NodeInfo {
     std::vector<int> inputs;
     std::vector<int> parameters;
-    bool trained = false;         // a trained parameter influences the value
-    bool input_trained = false;   // ... the first input
+    bool trained = false;        // a trained parameter influences the value
+    bool input_trained = false;  // ... the first input
     bool parameter_trained = false;
-    int64_t multiply_adds = 0;    // per row
+    int64_t multiply_adds = 0;  // per row
   };
 
   GraphModule(v1::Graph graph, Precision precision);
   absl::Status Resolve(const v1::PolicyGraph& all);
-  int ValueIndex(std::string_view name) const;  // -1: none
+  int ValueIndex(absl::string_view name) const;  // -1: none
   const std::string& ValueName(int value) const;
   const NodeInfo* NodeOf(int value) const;  // null: an input
   bool Trained(int value) const;

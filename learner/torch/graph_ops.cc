@@ -46,17 +46,16 @@ Tensor L2Normalise(const Tensor& x, double epsilon) {
 
 // Rows are taken in pieces, so that [rows, n, width] stays small.
 Tensor Argmin(const Tensor& x, const Tensor& codebook) {
-  const int64_t rows =
-      std::max<int64_t>(1, kArgminElements / std::max<int64_t>(
-                                                 1, codebook.numel()));
+  const int64_t rows = std::max<int64_t>(
+      1, kArgminElements / std::max<int64_t>(1, codebook.numel()));
   std::vector<Tensor> pieces;
   for (const Tensor& piece : x.detach().split(rows, 0)) {
     const Tensor distance =
         (piece.unsqueeze(1) - codebook.detach()).square().sum(-1);
     const Tensor index = distance.argmin(1, /*keepdim=*/true).to(at::kFloat);
-    pieces.push_back(index.masked_fill(
-        piece.isnan().any(1, /*keepdim=*/true),
-        std::numeric_limits<double>::quiet_NaN()));
+    pieces.push_back(
+        index.masked_fill(piece.isnan().any(1, /*keepdim=*/true),
+                          std::numeric_limits<double>::quiet_NaN()));
   }
   if (pieces.empty()) return at::empty({0, 1}, x.options());
   return at::cat(pieces, 0);

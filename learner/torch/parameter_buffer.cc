@@ -63,11 +63,11 @@ absl::Status ParameterBuffer::Load(const TensorMap& tensors,
     const HostTensor& tensor = found->second;
     if (tensor.dtype != v1::DATA_TYPE_FLOAT32 || tensor.shape != slot.shape ||
         tensor.data.size() != slot.size * sizeof(float)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "tensor ", prefix, slot.name, ": expected float32 [",
-          absl::StrJoin(slot.shape, ", "), "], found ",
-          v1::DataType_Name(tensor.dtype), " [",
-          absl::StrJoin(tensor.shape, ", "), "]"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("tensor ", prefix, slot.name, ": expected float32 [",
+                       absl::StrJoin(slot.shape, ", "), "], found ",
+                       v1::DataType_Name(tensor.dtype), " [",
+                       absl::StrJoin(tensor.shape, ", "), "]"));
     }
   }
   for (size_t i = 0; i < slots_.size(); ++i) {

@@ -4,11 +4,11 @@
 #include <c10/util/Exception.h>
 
 #include <exception>
-#include <string_view>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::learner {
 
@@ -16,7 +16,7 @@ namespace sinew::learner {
 // INTERNAL "`what`: <libtorch's message, without its stack>". No exception of
 // libtorch passes this edge. For files that include libtorch only.
 template <typename Body>
-absl::Status CatchTorch(std::string_view what, Body&& body) {
+absl::Status CatchTorch(absl::string_view what, Body&& body) {
   try {
     return std::forward<Body>(body)();
   } catch (const c10::Error& error) {

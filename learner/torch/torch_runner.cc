@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "learner/torch/graph_module.h"
@@ -83,8 +84,8 @@ class Runner final : public TorchRunner {
       for (size_t i = 0; i < numbers.size(); ++i) {
         const at::Tensor host = parts[i].to(at::kCPU).contiguous();
         gradients[names_[numbers[i]]] = HostTensor::Float32(
-            host.sizes().vec(), {host.data_ptr<float>(),
-                                 static_cast<size_t>(host.numel())});
+            host.sizes().vec(),
+            {host.data_ptr<float>(), static_cast<size_t>(host.numel())});
       }
       return absl::OkStatus();
     }));
@@ -154,7 +155,7 @@ class Runner final : public TorchRunner {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<TorchRunner>> TorchRunner::Create(
-    const v1::PolicyGraph& graph, std::string_view graph_name,
+    const v1::PolicyGraph& graph, absl::string_view graph_name,
     const TensorMap& weights, const Options& options) {
   using Widths = std::map<std::string, int64_t>;
   SINEW_RETURN_IF_ERROR(CheckDevice(options.device));
@@ -164,8 +165,7 @@ absl::StatusOr<std::unique_ptr<TorchRunner>> TorchRunner::Create(
       GraphModule::Create(
           graph, graph_name,
           options.bfloat16 ? Precision::kBfloat16 : Precision::kFloat32));
-  SINEW_ASSIGN_OR_RETURN(Widths widths,
-                         policy::InferWidths(graph, graph_name));
+  SINEW_ASSIGN_OR_RETURN(Widths widths, policy::InferWidths(graph, graph_name));
   std::unique_ptr<Runner> runner;
   SINEW_RETURN_IF_ERROR(CatchTorch("creating a graph", [&] {
     runner = std::make_unique<Runner>(

@@ -5,11 +5,11 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/graph.pb.h"
 
@@ -24,14 +24,14 @@ namespace sinew::learner {
 class TorchRunner {
  public:
   struct Options {
-    bool bfloat16 = false;         // products in bfloat16, emulated if need be
+    bool bfloat16 = false;       // products in bfloat16, emulated if need be
     std::string device = "cpu";  // or "cuda"
   };
   // Rows [batch, width], row-major, by input or tap name.
   using Rows = std::map<std::string, std::vector<float>>;
 
   static absl::StatusOr<std::unique_ptr<TorchRunner>> Create(
-      const v1::PolicyGraph& graph, std::string_view graph_name,
+      const v1::PolicyGraph& graph, absl::string_view graph_name,
       const TensorMap& weights, const Options& options);
   virtual ~TorchRunner() = default;
 

@@ -5,10 +5,10 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
@@ -57,8 +57,8 @@ class Character {
   // From assets: the text proto and a compiled model (MuJoCo binary format of
   // the same MuJoCo version).
   static absl::StatusOr<std::unique_ptr<Character>> FromAssets(
-      std::string_view character_text, std::string_view model_binary,
-      std::string_view source);
+      absl::string_view character_text, absl::string_view model_binary,
+      absl::string_view source);
 
   const v1::Character& proto() const { return proto_; }
   const std::string& name() const { return proto_.name(); }
@@ -89,7 +89,7 @@ class Character {
 
  private:
   Character() = default;
-  absl::Status Resolve(std::string_view source);
+  absl::Status Resolve(absl::string_view source);
 
   v1::Character proto_;
   ModelPtr model_;

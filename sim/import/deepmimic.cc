@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/deepmimic_json.h"
 
@@ -60,7 +61,7 @@ SourceSkeleton MakeSkeleton() {
   return skeleton;
 }
 
-absl::Status FrameError(std::string_view source, size_t frame,
+absl::Status FrameError(absl::string_view source, size_t frame,
                         const std::string& what) {
   return absl::InvalidArgumentError(
       absl::StrCat(source, ": frame ", frame, ": ", what));
@@ -70,7 +71,7 @@ absl::Status FrameError(std::string_view source, size_t frame,
 absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
                                            int first, const char* joint,
                                            size_t frame,
-                                           std::string_view source,
+                                           absl::string_view source,
                                            double* drift) {
   const Vector3d vector =
       ToZUp(Vector3d(row[first + 1], row[first + 2], row[first + 3]));
@@ -89,7 +90,7 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
 }
 
 absl::Status CheckRow(const std::vector<double>& row, size_t frame,
-                      bool is_last, std::string_view source) {
+                      bool is_last, absl::string_view source) {
   if (row.size() != kDeepMimicColumns) {
     return FrameError(source, frame,
                       absl::StrCat("expected ", kDeepMimicColumns,
@@ -113,7 +114,7 @@ absl::Status CheckRow(const std::vector<double>& row, size_t frame,
 }
 
 absl::StatusOr<SourcePose> ReadPose(const std::vector<double>& row,
-                                    size_t frame, std::string_view source,
+                                    size_t frame, absl::string_view source,
                                     double* drift) {
   SourcePose pose;
   pose.root_position = ToZUp(Vector3d(row[1], row[2], row[3]));
@@ -149,9 +150,9 @@ const SourceSkeleton& DeepMimicSkeleton() {
   return skeleton;
 }
 
-absl::StatusOr<SourceClip> ParseDeepMimic(std::string_view json,
-                                          std::string_view name,
-                                          std::string_view source) {
+absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
+                                          absl::string_view name,
+                                          absl::string_view source) {
   if (static_cast<int64_t>(json.size()) > kDeepMimicMaxBytes) {
     return absl::ResourceExhaustedError(
         absl::StrCat(source, ": expected at most ", kDeepMimicMaxBytes,

@@ -2,9 +2,9 @@
 #define SINEW_SIM_IMPORT_DEEPMIMIC_H_
 
 #include <cstdint>
-#include <string_view>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "sim/import/source_clip.h"
 
 namespace sinew::import {
@@ -35,9 +35,9 @@ const SourceSkeleton& DeepMimicSkeleton();
 // `source`, the frame and column, what was expected and what was found
 // (RESOURCE_EXHAUSTED: too large). Memory is bounded by a small multiple of
 // the input. `name` becomes the clip's.
-absl::StatusOr<SourceClip> ParseDeepMimic(std::string_view json,
-                                          std::string_view name,
-                                          std::string_view source);
+absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
+                                          absl::string_view name,
+                                          absl::string_view source);
 
 }  // namespace sinew::import
 

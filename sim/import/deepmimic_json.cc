@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::import {
 namespace {
@@ -134,8 +135,8 @@ class Reader : public Json::json_sax_t {
 
 }  // namespace
 
-absl::StatusOr<DeepMimicFile> ReadDeepMimicJson(std::string_view json,
-                                                std::string_view source) {
+absl::StatusOr<DeepMimicFile> ReadDeepMimicJson(absl::string_view json,
+                                                absl::string_view source) {
   Reader reader;
   if (!Json::sax_parse(json.begin(), json.end(), &reader)) {
     return absl::InvalidArgumentError(

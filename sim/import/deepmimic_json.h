@@ -1,10 +1,10 @@
 #ifndef SINEW_SIM_IMPORT_DEEPMIMIC_JSON_H_
 #define SINEW_SIM_IMPORT_DEEPMIMIC_JSON_H_
 
-#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::import {
 
@@ -18,8 +18,8 @@ struct DeepMimicFile {
 // INVALID_ARGUMENT naming `source`: not JSON (with the position), no object at
 // the top, "Loop" other than "wrap" or "none" (absent: none), no "Frames" or
 // not an array of arrays of numbers.
-absl::StatusOr<DeepMimicFile> ReadDeepMimicJson(std::string_view json,
-                                                std::string_view source);
+absl::StatusOr<DeepMimicFile> ReadDeepMimicJson(absl::string_view json,
+                                                absl::string_view source);
 
 }  // namespace sinew::import
 

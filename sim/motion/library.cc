@@ -5,6 +5,7 @@
 
 #include "absl/memory/memory.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "common/digest.h"
 #include "common/files.h"
@@ -21,7 +22,7 @@ constexpr char kFramesFile[] = "frames.safetensors";
 constexpr int64_t kMaxManifestBytes = int64_t{1} << 30;
 
 absl::Status CheckDigest(const v1::MotionLibrary& manifest,
-                         std::string_view frames, std::string_view source) {
+                         absl::string_view frames, absl::string_view source) {
   const std::string found = Sha256Hex(frames);
   if (found == manifest.frames_sha256()) return absl::OkStatus();
   return absl::DataLossError(absl::StrCat(
@@ -43,8 +44,8 @@ absl::StatusOr<std::unique_ptr<Library>> Library::Load(
 }
 
 absl::StatusOr<std::unique_ptr<Library>> Library::FromBytes(
-    std::string_view manifest_json, std::string_view frames,
-    std::string_view source) {
+    absl::string_view manifest_json, absl::string_view frames,
+    absl::string_view source) {
   auto library = absl::WrapUnique(new Library());
   SINEW_ASSIGN_OR_RETURN(library->manifest_,
                          ParseManifest(manifest_json, source));
@@ -91,7 +92,7 @@ absl::Status Library::Save(const v1::MotionLibrary& manifest,
   return WriteFileAtomically(JoinPath(directory, kManifestFile), json);
 }
 
-int Library::FindClip(std::string_view name) const {
+int Library::FindClip(absl::string_view name) const {
   for (int i = 0; i < num_clips(); ++i) {
     if (clip(i).name() == name) return i;
   }

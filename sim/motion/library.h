@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
@@ -62,8 +62,8 @@ class Library {
       const std::string& directory);
   // From the two files' bytes (assets over the wire). `source` for errors.
   static absl::StatusOr<std::unique_ptr<Library>> FromBytes(
-      std::string_view manifest_json, std::string_view frames,
-      std::string_view source);
+      absl::string_view manifest_json, absl::string_view frames,
+      absl::string_view source);
   // Writes both files; the manifest last, each atomically.
   static absl::Status Save(const v1::MotionLibrary& manifest,
                            const TensorMap& frames,
@@ -73,7 +73,7 @@ class Library {
   int num_clips() const { return manifest_.clips_size(); }
   const v1::ClipInfo& clip(int index) const { return manifest_.clips(index); }
   // -1 if absent.
-  int FindClip(std::string_view name) const;
+  int FindClip(absl::string_view name) const;
 
   int num_joints() const { return manifest_.joints_size(); }
   int num_bodies() const { return manifest_.bodies_size(); }

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "common/digest.h"
 #include "common/status_macros.h"
 #include "google/protobuf/util/json_util.h"
@@ -23,15 +24,15 @@ using google::protobuf::util::JsonStringToMessage;
 // Float32 rounding leaves 1e-7; more than this was never a rotation.
 constexpr float kNormTolerance = 1e-4F;
 
-absl::Status Error(std::string_view source, std::string_view field,
-                   std::string_view expected, std::string_view found) {
+absl::Status Error(absl::string_view source, absl::string_view field,
+                   absl::string_view expected, absl::string_view found) {
   return absl::InvalidArgumentError(absl::StrCat(
       source, ": ", field, ": expected ", expected, ", found ", found));
 }
 
 template <typename Names>
-absl::Status CheckNames(const Names& names, std::string_view field,
-                        std::string_view source) {
+absl::Status CheckNames(const Names& names, absl::string_view field,
+                        absl::string_view source) {
   std::set<std::string> seen;
   for (const std::string& name : names) {
     if (name.empty()) return Error(source, field, "names", "an empty one");
@@ -44,7 +45,7 @@ absl::Status CheckNames(const Names& names, std::string_view field,
 }
 
 absl::Status CheckClip(const v1::ClipInfo& clip, int64_t first_frame,
-                       int64_t rows_left, std::string_view source) {
+                       int64_t rows_left, absl::string_view source) {
   const std::string field = absl::StrCat("clip \"", clip.name(), "\"");
   if (clip.first_frame() != first_frame) {
     return Error(source, absl::StrCat(field, " first_frame"),
@@ -71,7 +72,7 @@ absl::Status CheckClip(const v1::ClipInfo& clip, int64_t first_frame,
 
 // Name of the clip that row `row` belongs to, and the row within it.
 std::string Where(const v1::MotionLibrary& manifest, int64_t row,
-                  std::string_view tensor) {
+                  absl::string_view tensor) {
   for (const v1::ClipInfo& clip : manifest.clips()) {
     if (row < clip.first_frame() + clip.num_frames()) {
       return absl::StrCat("clip \"", clip.name(), "\" frame ",
@@ -83,7 +84,7 @@ std::string Where(const v1::MotionLibrary& manifest, int64_t row,
 
 absl::Status CheckShape(const FrameColumn& column,
                         const v1::MotionLibrary& manifest,
-                        const TensorMap& frames, std::string_view source) {
+                        const TensorMap& frames, absl::string_view source) {
   const std::string field = absl::StrCat("tensor ", column.name);
   const auto found = frames.find(column.name);
   if (found == frames.end()) return Error(source, field, "it", "no such tensor");
@@ -105,7 +106,7 @@ absl::Status CheckShape(const FrameColumn& column,
 absl::Status CheckUnit(const FrameColumn& column,
                        const v1::MotionLibrary& manifest,
                        absl::Span<const float> values,
-                       std::string_view source) {
+                       absl::string_view source) {
   const int64_t width = RowWidth(column, manifest);
   for (size_t i = 0; i + 4 <= values.size(); i += 4) {
     const float* q = &values[i];
@@ -124,7 +125,7 @@ absl::Status CheckUnit(const FrameColumn& column,
 absl::Status CheckValues(const FrameColumn& column,
                          const v1::MotionLibrary& manifest,
                          absl::Span<const float> values,
-                         std::string_view source) {
+                         absl::string_view source) {
   const int64_t width = RowWidth(column, manifest);
   const float bound = column.kind == ColumnKind::kContact ? 1.F : INFINITY;
   const float low = column.kind == ColumnKind::kContact ? 0.F : -INFINITY;
@@ -145,8 +146,8 @@ absl::Status CheckValues(const FrameColumn& column,
 
 }  // namespace
 
-absl::StatusOr<v1::MotionLibrary> ParseManifest(std::string_view json,
-                                                std::string_view source) {
+absl::StatusOr<v1::MotionLibrary> ParseManifest(absl::string_view json,
+                                                absl::string_view source) {
   v1::MotionLibrary manifest;
   JsonParseOptions options;
   // A newer writer's unknown fields must not hide its version.
@@ -175,7 +176,7 @@ absl::StatusOr<v1::MotionLibrary> ParseManifest(std::string_view json,
 }
 
 absl::Status CheckManifest(const v1::MotionLibrary& manifest,
-                           std::string_view source) {
+                           absl::string_view source) {
   const double rate = manifest.frames_per_second();
   if (!(rate > 0 && std::isfinite(rate))) {
     return Error(source, "frames_per_second", "> 0", absl::StrCat(rate));
@@ -208,7 +209,7 @@ absl::Status CheckManifest(const v1::MotionLibrary& manifest,
 }
 
 absl::Status CheckFrames(const v1::MotionLibrary& manifest,
-                         const TensorMap& frames, std::string_view source) {
+                         const TensorMap& frames, absl::string_view source) {
   for (const FrameColumn& column : FrameColumns()) {
     SINEW_RETURN_IF_ERROR(CheckShape(column, manifest, frames, source));
     SINEW_RETURN_IF_ERROR(CheckValues(

@@ -1,10 +1,10 @@
 #ifndef SINEW_SIM_MOTION_LIBRARY_CHECK_H_
 #define SINEW_SIM_MOTION_LIBRARY_CHECK_H_
 
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
 
@@ -15,20 +15,20 @@ inline constexpr int kLibraryFormatVersion = 1;
 
 // manifest.json to message. INVALID_ARGUMENT naming `source`: not a manifest;
 // a newer version, by number, before anything else is looked at.
-absl::StatusOr<v1::MotionLibrary> ParseManifest(std::string_view json,
-                                                std::string_view source);
+absl::StatusOr<v1::MotionLibrary> ParseManifest(absl::string_view json,
+                                                absl::string_view source);
 
 // Everything that a manifest promises by itself: positive sizes, unique names,
 // clips in order without gaps, finite numbers. INVALID_ARGUMENT naming
 // `source`, clip and field, expected and found.
 absl::Status CheckManifest(const v1::MotionLibrary& manifest,
-                           std::string_view source);
+                           absl::string_view source);
 
 // The frame tensors against the manifest: all there, none else, shapes, float32,
 // finite, unit quaternions, contacts in [0, 1]. Errors name clip, frame and
 // tensor.
 absl::Status CheckFrames(const v1::MotionLibrary& manifest,
-                         const TensorMap& frames, std::string_view source);
+                         const TensorMap& frames, absl::string_view source);
 
 }  // namespace sinew::motion
 

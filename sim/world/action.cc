@@ -20,8 +20,7 @@ ActionLaw::ActionLaw(const v1::Action& recipe,
          .torque_gain =
              recipe.torque_feedforward() ? 1.0 / joint.stiffness : 0.0,
          .default_position = joint.default_position,
-         .scale =
-             joint.action_scale > 0 ? joint.action_scale : recipe.scale(),
+         .scale = joint.action_scale > 0 ? joint.action_scale : recipe.scale(),
          .low = joint.lower - recipe.range_margin(),
          .high = joint.upper + recipe.range_margin()});
   }

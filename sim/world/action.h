@@ -58,8 +58,8 @@ class ActionLaw {
     double low, high;
   };
   // Base around a reference frame, rad.
-  static double ReferenceBase(const Joint& joint, const motion::FrameView& frame,
-                              size_t j);
+  static double ReferenceBase(const Joint& joint,
+                              const motion::FrameView& frame, size_t j);
 
   v1::Action::Placement placement_;
   double clip_;

@@ -71,8 +71,7 @@ void BodyReader::Read(const motion::FrameView& frame, BodyState* state) const {
   for (int i = 0; i < num_bodies(); ++i) {
     const int column = columns_[i];
     state->position[i] = Vector(frame.body_position + 3 * column);
-    state->rotation[i] =
-        motion::FromWxyz(frame.body_rotation + 4 * column);
+    state->rotation[i] = motion::FromWxyz(frame.body_rotation + 4 * column);
     state->linear_velocity[i] = Vector(frame.body_linear_velocity + 3 * column);
     state->angular_velocity[i] =
         Vector(frame.body_angular_velocity + 3 * column);

@@ -1,9 +1,9 @@
 #ifndef SINEW_SIM_WORLD_BODY_STATE_H_
 #define SINEW_SIM_WORLD_BODY_STATE_H_
 
-#include <Eigen/Geometry>
 #include <mujoco/mujoco.h>
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "sim/character/character.h"

@@ -32,8 +32,7 @@ class Writer {
 
 void WriteSelf(const BodyState& body, const Eigen::Quaterniond& heading,
                Writer& out) {
-  const Eigen::Matrix3d to_heading =
-      heading.conjugate().toRotationMatrix();
+  const Eigen::Matrix3d to_heading = heading.conjugate().toRotationMatrix();
   out.Scalar(body.position[0].z());
   out.Rotation(heading.conjugate() * body.rotation[0]);
   out.Vector(to_heading * body.linear_velocity[0]);
@@ -64,9 +63,8 @@ void WriteDifference(const BodyState& body, const BodyState& reference,
     out.Scalar(reference.joint_velocity[j] - body.joint_velocity[j]);
   }
   for (size_t b = 1; b < body.position.size(); ++b) {
-    out.Vector(to_heading *
-               ((reference.position[b] - reference.position[0]) -
-                (body.position[b] - body.position[0])));
+    out.Vector(to_heading * ((reference.position[b] - reference.position[0]) -
+                             (body.position[b] - body.position[0])));
   }
 }
 
@@ -121,9 +119,9 @@ absl::Status CheckRecipe(const Observation& recipe) {
   }
   for (int i = 0; i < recipe.frames_ahead_size(); ++i) {
     if (recipe.frames_ahead(i) < 1) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "recipe field task.observation.frames_ahead[", i,
-          "]: expected >= 1, found ", recipe.frames_ahead(i)));
+      return absl::InvalidArgumentError(
+          absl::StrCat("recipe field task.observation.frames_ahead[", i,
+                       "]: expected >= 1, found ", recipe.frames_ahead(i)));
     }
   }
   return absl::OkStatus();

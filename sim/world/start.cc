@@ -16,9 +16,9 @@ enum DrawIndex : uint64_t { kMixture = 0, kBin = 1, kFrame = 2 };
 absl::Status CheckBin(const motion::Library& library,
                       const v1::CurriculumTable::Bin& bin, int index) {
   if (bin.clip() < 0 || bin.clip() >= library.num_clips()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "curriculum.bins[", index, "].clip: expected 0 to ",
-        library.num_clips() - 1, ", found ", bin.clip()));
+    return absl::InvalidArgumentError(
+        absl::StrCat("curriculum.bins[", index, "].clip: expected 0 to ",
+                     library.num_clips() - 1, ", found ", bin.clip()));
   }
   const v1::ClipInfo& clip = library.clip(bin.clip());
   const int64_t end = int64_t{bin.first_frame()} + bin.num_frames();
@@ -30,10 +30,9 @@ absl::Status CheckBin(const motion::Library& library,
         "found ", bin.first_frame(), " to ", end));
   }
   if (!(bin.probability() >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("curriculum.bins[", index,
-                     "].probability: expected >= 0, found ",
-                     bin.probability()));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "curriculum.bins[", index, "].probability: expected >= 0, found ",
+        bin.probability()));
   }
   return absl::OkStatus();
 }
@@ -67,10 +66,9 @@ absl::Status StartTable::AddBins(const motion::Library& library,
     const v1::CurriculumTable::Bin& bin = curriculum.bins(i);
     SINEW_RETURN_IF_ERROR(CheckBin(library, bin, i));
     sum += bin.probability();
-    const int64_t startable =
-        std::min<int64_t>(bin.num_frames(), NumStartFrames(library.clip(
-                                                bin.clip())) -
-                                                bin.first_frame());
+    const int64_t startable = std::min<int64_t>(
+        bin.num_frames(),
+        NumStartFrames(library.clip(bin.clip())) - bin.first_frame());
     if (bin.probability() > 0) {
       bins_.push_back({.end = sum,
                        .clip = bin.clip(),

@@ -37,8 +37,7 @@ class StartTable {
       const v1::CurriculumTable& curriculum);
 
   // The start of an episode; pure in its arguments.
-  StartFrame Draw(uint64_t seed, uint64_t environment,
-                  uint64_t episode) const;
+  StartFrame Draw(uint64_t seed, uint64_t environment, uint64_t episode) const;
 
   // Frames that can be drawn, over all clips.
   int64_t num_frames() const { return ends_.back(); }

@@ -29,10 +29,10 @@ absl::Status CheckRates(const v1::Physics& physics, const mjModel* model,
         1 / physics.physics_hz(), physics.physics_hz(), model->opt.timestep));
   }
   if (std::abs(library.frames_per_second() - physics.control_hz()) > 1e-9) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "motion library field frames_per_second: expected %g "
-        "(physics.control_hz), found %g",
-        physics.control_hz(), library.frames_per_second()));
+    return absl::InvalidArgumentError(
+        absl::StrFormat("motion library field frames_per_second: expected %g "
+                        "(physics.control_hz), found %g",
+                        physics.control_hz(), library.frames_per_second()));
   }
   return absl::OkStatus();
 }
@@ -47,9 +47,9 @@ absl::Status CheckNames(const char* field,
   }
   for (int i = 0; i < found.size(); ++i) {
     if (expected[i] != found[i]) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "motion library field ", field, "[", i, "]: expected \"",
-          expected[i], "\", found \"", found[i], "\""));
+      return absl::InvalidArgumentError(
+          absl::StrCat("motion library field ", field, "[", i, "]: expected \"",
+                       expected[i], "\", found \"", found[i], "\""));
     }
   }
   return absl::OkStatus();

@@ -28,8 +28,8 @@ EpisodeEnding JudgeEpisode(double max_terminating_distance,
   ending.terminated =
       steps > 1 && !(max_terminating_distance <= max_body_distance);
   ending.clip_end = !ending.terminated && start_frame + steps >= last_frame;
-  ending.time_limit = !ending.terminated && !ending.clip_end &&
-                      steps >= max_episode_steps;
+  ending.time_limit =
+      !ending.terminated && !ending.clip_end && steps >= max_episode_steps;
   return ending;
 }
 

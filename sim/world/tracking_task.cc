@@ -39,15 +39,14 @@ absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
     const v1::Recipe& recipe, const character::Character& character,
     const motion::Library& library) {
   SINEW_RETURN_IF_ERROR(CheckTask(recipe, character, library));
-  SINEW_ASSIGN_OR_RETURN(
-      ObservationBuilder observation,
-      ObservationBuilder::Create(
-          recipe.task().observation(),
-          static_cast<int>(character.tracked().size()),
-          static_cast<int>(character.joints().size()),
-          static_cast<int>(character.foot_bodies().size())));
-  return std::unique_ptr<TrackingTask>(new TrackingTask(
-      recipe, character, library, std::move(observation)));
+  SINEW_ASSIGN_OR_RETURN(ObservationBuilder observation,
+                         ObservationBuilder::Create(
+                             recipe.task().observation(),
+                             static_cast<int>(character.tracked().size()),
+                             static_cast<int>(character.joints().size()),
+                             static_cast<int>(character.foot_bodies().size())));
+  return std::unique_ptr<TrackingTask>(
+      new TrackingTask(recipe, character, library, std::move(observation)));
 }
 
 TrackingTask::TrackingTask(const v1::Recipe& recipe,
@@ -160,8 +159,7 @@ void TrackingTask::ReadJoints(const mjData* data,
   }
 }
 
-void TrackingTask::ReadContacts(const mjData* data,
-                                absl::Span<float> out) const {
+void TrackingTask::ReadContacts(mjData* data, absl::Span<float> out) const {
   const mjModel* model = character_->model();
   for (size_t f = 0; f < out.size(); ++f) {
     out[f] = 0;
@@ -174,7 +172,7 @@ void TrackingTask::ReadContacts(const mjData* data,
   }
 }
 
-void TrackingTask::Observe(const mjData* data, const Episode& episode,
+void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
                            absl::Span<float> out, Workspace* work) const {
   const int64_t current = int64_t{episode.start_frame} + episode.step;
@@ -216,30 +214,33 @@ StepResult TrackingTask::Step(mjData* data, absl::Span<const double> target,
                               Episode* episode,
                               absl::Span<double> previous_target,
                               Workspace* work) const {
-  const ActuationResult physics = Simulate(data, target, previous_target);
+  return Finish(data, Simulate(data, target, previous_target), episode, work);
+}
+
+StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
+                                Episode* episode, Workspace* work) const {
+  ++episode->step;
   if (physics.diverged) {
-    ++episode->step;
     StepResult result;
     result.terminated = true;
     result.diverged = true;
     return result;
   }
   Refresh(data);
-  return Judge(data, physics.power, episode, work);
-}
-
-StepResult TrackingTask::Judge(const mjData* data, double power,
-                               Episode* episode, Workspace* work) const {
-  const v1::Task& task = recipe_.task();
-  ++episode->step;
   work->frame->Load(*library_, episode->clip,
                     int64_t{episode->start_frame} + episode->step);
   reader_.Read(work->frame->view(), &work->reference);
   reader_.Read(character_->model(), data, &work->body);
+  return Judge(physics.power, episode, work);
+}
+
+StepResult TrackingTask::Judge(double power, Episode* episode,
+                               Workspace* work) const {
+  const v1::Task& task = recipe_.task();
   const RewardValue reward =
       ComputeReward(task.reward(), work->body, work->reference, power);
-  const BodyDistances distances = MeasureDistances(
-      work->body, work->reference, character_->terminating());
+  const BodyDistances distances =
+      MeasureDistances(work->body, work->reference, character_->terminating());
   const EpisodeEnding ending = JudgeEpisode(
       distances.max_terminating, task.termination().max_body_distance(),
       episode->start_frame, episode->step,

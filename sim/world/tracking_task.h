@@ -117,10 +117,11 @@ class TrackingTask {
   // Recomputes what observation and reward read from qpos and qvel.
   void Refresh(mjData* data) const;
 
-  // [observation_width] float32 of the refreshed state, not normalised.
-  void Observe(const mjData* data, const Episode& episode,
-               absl::Span<const double> previous_target,
-               absl::Span<float> out, Workspace* work) const;
+  // [observation_width] float32 of the refreshed state, not normalised. Uses
+  // data's scratch memory, changes nothing in it.
+  void Observe(mjData* data, const Episode& episode,
+               absl::Span<const double> previous_target, absl::Span<float> out,
+               Workspace* work) const;
 
   // Target of this control step, [J] rad, from the policy's action [J].
   void Target(const mjData* data, const Episode& episode,
@@ -129,7 +130,7 @@ class TrackingTask {
 
   // One control step under `target`: physics, refresh, reward, termination;
   // advances the episode (step + 1, sums) and copies target into
-  // previous_target. Never resets. Leaves work->body and work->reference.
+  // previous_target. Never resets. Is Finish after Simulate.
   StepResult Step(mjData* data, absl::Span<const double> target,
                   Episode* episode, absl::Span<double> previous_target,
                   Workspace* work) const;
@@ -138,17 +139,18 @@ class TrackingTask {
   ActuationResult Simulate(mjData* data, absl::Span<const double> target,
                            absl::Span<double> previous_target) const;
 
-  // The other half: compares refreshed data with the frame after the episode's
-  // current one, and advances the episode.
-  StepResult Judge(const mjData* data, double power, Episode* episode,
-                   Workspace* work) const;
+  // The other half: refreshes, compares with the frame after the episode's
+  // current one, advances the episode. Leaves work->body and work->reference.
+  StepResult Finish(mjData* data, const ActuationResult& physics,
+                    Episode* episode, Workspace* work) const;
 
  private:
   TrackingTask(const v1::Recipe& recipe, const character::Character& character,
                const motion::Library& library, ObservationBuilder observation);
+  StepResult Judge(double power, Episode* episode, Workspace* work) const;
   void ReadJoints(const mjData* data, absl::Span<double> out) const;
   void AddNoise(const RandomKey& key, mjData* data, Workspace* work) const;
-  void ReadContacts(const mjData* data, absl::Span<float> out) const;
+  void ReadContacts(mjData* data, absl::Span<float> out) const;
 
   v1::Recipe recipe_;
   const character::Character* character_;

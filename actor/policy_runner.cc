@@ -1,0 +1,89 @@
+#include "actor/policy_runner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/status_macros.h"
+
+namespace sinew::actor {
+
+absl::Status PolicyRunner::SetSnapshot(const PreparedSnapshot& snapshot) {
+  // The common case is new weights of the same graph.
+  if (executor_ == nullptr || !executor_->SetWeights(snapshot.pack()).ok()) {
+    SINEW_ASSIGN_OR_RETURN(
+        executor_, policy::Executor::Create(snapshot.pack(), max_batch_));
+    SINEW_RETURN_IF_ERROR(Bind(snapshot));
+  }
+  std_ = snapshot.std();
+  log_normaliser_ = 0;
+  for (double std : std_) {
+    log_normaliser_ += std::log(std) + 0.5 * std::log(2 * std::numbers::pi);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status PolicyRunner::Bind(const PreparedSnapshot& snapshot) {
+  const PolicyPorts& ports = snapshot.ports();
+  const auto rows = [this](const std::string& name) {
+    const int index = executor_->input_index(name);
+    return Rows{.values = executor_->input(index),
+                .width = static_cast<size_t>(executor_->input_width(index))};
+  };
+  observation_ = rows(ports.observation);
+  noise_.clear();
+  size_t width = 0;
+  for (const std::string& name : ports.noise) {
+    noise_.push_back(rows(name));
+    width += noise_.back().width;
+  }
+  draw_.resize(width);
+  action_tap_ = executor_->tap_index(ports.action);
+  mean_tap_ = executor_->tap_index(ports.mean);
+  if (action_tap_ < 0 || mean_tap_ < 0) {
+    return absl::InternalError("policy executor lacks a tap of its own graph");
+  }
+  return absl::OkStatus();
+}
+
+absl::Span<float> PolicyRunner::observation(int row) const {
+  return observation_.values.subspan(row * observation_.width,
+                                     observation_.width);
+}
+
+void PolicyRunner::DrawNoise(int row, const RandomKey& key) {
+  FillNormal(key, absl::MakeSpan(draw_));
+  const float* next = draw_.data();
+  for (const Rows& noise : noise_) {
+    std::copy_n(next, noise.width, noise.values.data() + row * noise.width);
+    next += noise.width;
+  }
+}
+
+void PolicyRunner::ClearNoise() {
+  for (const Rows& noise : noise_) {
+    std::fill(noise.values.begin(), noise.values.end(), 0.F);
+  }
+}
+
+absl::Span<const float> PolicyRunner::action(int row) const {
+  return executor_->tap(action_tap_).subspan(row * std_.size(), std_.size());
+}
+
+absl::Span<const float> PolicyRunner::mean(int row) const {
+  return executor_->tap(mean_tap_).subspan(row * std_.size(), std_.size());
+}
+
+double PolicyRunner::LogProbability(int row) const {
+  const absl::Span<const float> a = action(row);
+  const absl::Span<const float> m = mean(row);
+  double squares = 0;
+  for (size_t i = 0; i < std_.size(); ++i) {
+    const double z =
+        (static_cast<double>(a[i]) - static_cast<double>(m[i])) / std_[i];
+    squares += z * z;
+  }
+  return -0.5 * squares - log_normaliser_;
+}
+
+}  // namespace sinew::actor

@@ -1,0 +1,70 @@
+#ifndef SINEW_ACTOR_POLICY_RUNNER_H_
+#define SINEW_ACTOR_POLICY_RUNNER_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/types/span.h"
+#include "actor/prepared_snapshot.h"
+#include "common/policy/executor.h"
+#include "common/random/philox.h"
+
+namespace sinew::actor {
+
+// Runs the policy of a snapshot on a batch of observations.
+//
+// Use: SetSnapshot; then per step write observation rows and noise, Run, read
+// rows. What a row gives depends on that row alone.
+//
+// Thread-safety: one caller. Ownership: keeps the snapshot's weights alive.
+// Blocking: Run computes; only SetSnapshot with another graph allocates.
+// Errors: SetSnapshot reports what the executor refuses.
+class PolicyRunner {
+ public:
+  explicit PolicyRunner(int max_batch) : max_batch_(max_batch) {}
+
+  absl::Status SetSnapshot(const PreparedSnapshot& snapshot);
+
+  // Row of the observation input, [O], to be written before Run.
+  absl::Span<float> observation(int row) const;
+
+  // Noise of one row, N(0, 1) by key over all noise inputs in graph order; and
+  // none for all rows.
+  void DrawNoise(int row, const RandomKey& key);
+  void ClearNoise();
+
+  // Evaluates rows 0 .. batch-1.
+  void Run(int batch) { executor_->Run(batch); }
+
+  // [A] of the last Run.
+  absl::Span<const float> action(int row) const;
+  absl::Span<const float> mean(int row) const;
+
+  // Natural logarithm of the density of action(row) under N(mean, std^2),
+  // computed in float64:
+  //   -1/2 sum ((a - mean) / std)^2 - sum ln std - A/2 ln 2 pi
+  double LogProbability(int row) const;
+
+ private:
+  struct Rows {
+    absl::Span<float> values;
+    size_t width = 0;
+  };
+  absl::Status Bind(const PreparedSnapshot& snapshot);
+
+  int max_batch_;
+  std::unique_ptr<policy::Executor> executor_;
+  Rows observation_;
+  std::vector<Rows> noise_;
+  std::vector<float> draw_;  // one row of all noise inputs
+  int action_tap_ = -1;
+  int mean_tap_ = -1;
+  std::vector<double> std_;
+  double log_normaliser_ = 0;  // sum ln std + A/2 ln 2 pi
+};
+
+}  // namespace sinew::actor
+
+#endif  // SINEW_ACTOR_POLICY_RUNNER_H_

@@ -1,0 +1,71 @@
+#ifndef SINEW_ACTOR_PREPARED_SNAPSHOT_H_
+#define SINEW_ACTOR_PREPARED_SNAPSHOT_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "actor/rollout_assets.h"
+#include "common/policy/executor.h"
+#include "proto/sinew/v1/snapshot.pb.h"
+#include "sim/world/start.h"
+
+namespace sinew::actor {
+
+// How a rollout talks to the graph "policy": names of its inputs and taps.
+struct PolicyPorts {
+  std::string observation;         // the data input, width O
+  std::vector<std::string> noise;  // normal inputs, in graph order
+  std::string action;              // the executed tap, width A
+  std::string mean;                // tap of the Gaussian's mean, width A
+  std::string std_parameter;       // [A]
+};
+
+// A snapshot made ready to act with: packed weights, start table.
+//
+// The graph "policy" has exactly one data input, any number of normal inputs,
+// and exactly one executed tap, which is Gaussian; the Gaussian's mean has a
+// tap as well. Zero noise makes action and mean equal.
+//
+// Thread-safety: immutable; shared between workers. Ownership: copies what it
+// needs of the snapshot. Blocking: Create computes (checks, packing). Errors:
+// INVALID_ARGUMENT names what does not fit: graph, tap, widths, a non-finite
+// weight, a standard deviation that is not positive, a curriculum bin.
+class PreparedSnapshot {
+ public:
+  // `sha256` is the digest under which the snapshot was fetched.
+  static absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> Create(
+      const v1::Snapshot& snapshot, const std::string& sha256,
+      const RolloutAssets& assets);
+
+  int64_t version() const { return version_; }
+  const std::string& sha256() const { return sha256_; }
+  const world::StartTable& starts() const { return starts_; }
+  const std::shared_ptr<const policy::WeightsPack>& pack() const {
+    return pack_;
+  }
+  const PolicyPorts& ports() const { return ports_; }
+  // Standard deviation of the action, [A], > 0.
+  const std::vector<double>& std() const { return std_; }
+
+ private:
+  PreparedSnapshot(world::StartTable starts) : starts_(std::move(starts)) {}
+
+  int64_t version_ = 0;
+  std::string sha256_;
+  world::StartTable starts_;
+  std::shared_ptr<const policy::WeightsPack> pack_;
+  PolicyPorts ports_;
+  std::vector<double> std_;
+};
+
+// The same, as rollout orders speak of it.
+absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> PrepareSnapshot(
+    const v1::Snapshot& snapshot, const std::string& sha256,
+    const RolloutAssets& assets);
+
+}  // namespace sinew::actor
+
+#endif  // SINEW_ACTOR_PREPARED_SNAPSHOT_H_

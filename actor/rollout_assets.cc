@@ -1,0 +1,46 @@
+#include "actor/rollout_assets.h"
+
+#include <utility>
+
+#include "common/config/recipe.h"
+#include "common/segment/segment_layout.h"
+#include "common/status_macros.h"
+
+namespace sinew::actor {
+
+absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
+    absl::string_view character_text, absl::string_view model_binary,
+    absl::string_view library_manifest, absl::string_view frames,
+    absl::string_view recipe_text) {
+  SINEW_ASSIGN_OR_RETURN(v1::Recipe parsed,
+                         ParseRecipe(recipe_text, "asset recipe"));
+  const v1::Recipe recipe = WithDefaults(std::move(parsed));
+  SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<character::Character> character,
+      character::Character::FromAssets(character_text, model_binary,
+                                       "asset character"));
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<motion::Library> library,
+      motion::Library::FromBytes(library_manifest, frames, "asset library"));
+  return FromParts(recipe, std::move(character), std::move(library));
+}
+
+absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
+    const v1::Recipe& recipe,
+    std::unique_ptr<const character::Character> character,
+    std::unique_ptr<const motion::Library> library) {
+  std::shared_ptr<RolloutAssets> assets(new RolloutAssets());
+  assets->character_ = std::move(character);
+  assets->library_ = std::move(library);
+  SINEW_ASSIGN_OR_RETURN(
+      assets->task_,
+      world::TrackingTask::Create(recipe, *assets->character_,
+                                  *assets->library_));
+  assets->layout_ = MakeSegmentLayout(assets->task_->observation_width(),
+                                      assets->task_->action_width());
+  assets->layout_sha256_ = LayoutSha256(assets->layout_);
+  return assets;
+}
+
+}  // namespace sinew::actor

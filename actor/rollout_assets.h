@@ -1,0 +1,54 @@
+#ifndef SINEW_ACTOR_ROLLOUT_ASSETS_H_
+#define SINEW_ACTOR_ROLLOUT_ASSETS_H_
+
+#include <memory>
+#include <string>
+
+
+#include "absl/status/statusor.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "sim/character/character.h"
+#include "sim/motion/library.h"
+#include "sim/world/tracking_task.h"
+
+namespace sinew::actor {
+
+// Everything constant that the rollouts of one TaskAssets share: character,
+// library, recipe, task, layout of segments.
+//
+// Thread-safety: immutable. Ownership: owns all parts; workers and snapshots
+// share it. Blocking: only the factories compute (parsing, digests). Errors:
+// the factories say which asset (role) does not fit, expected and found.
+class RolloutAssets {
+ public:
+  // From the bytes of the assets, by role as in TaskAssets.
+  static absl::StatusOr<std::shared_ptr<const RolloutAssets>> Create(
+      absl::string_view character_text, absl::string_view model_binary,
+      absl::string_view library_manifest, absl::string_view frames,
+      absl::string_view recipe_text);
+
+  // From parts that are there already. `recipe` has its defaults filled.
+  static absl::StatusOr<std::shared_ptr<const RolloutAssets>> FromParts(
+      const v1::Recipe& recipe,
+      std::unique_ptr<const character::Character> character,
+      std::unique_ptr<const motion::Library> library);
+
+  const world::TrackingTask& task() const { return *task_; }
+  const v1::Recipe& recipe() const { return task_->recipe(); }
+  // Columns of a training segment, and the digest of the layout.
+  const v1::SegmentLayout& layout() const { return layout_; }
+  const std::string& layout_sha256() const { return layout_sha256_; }
+
+ private:
+  RolloutAssets() = default;
+
+  std::unique_ptr<const character::Character> character_;
+  std::unique_ptr<const motion::Library> library_;
+  std::unique_ptr<const world::TrackingTask> task_;
+  v1::SegmentLayout layout_;
+  std::string layout_sha256_;
+};
+
+}  // namespace sinew::actor
+
+#endif  // SINEW_ACTOR_ROLLOUT_ASSETS_H_

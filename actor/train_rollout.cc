@@ -1,0 +1,147 @@
+#include <algorithm>
+
+#include "actor/segment_writer.h"
+#include "actor/worker_state.h"
+#include "common/status_macros.h"
+
+namespace sinew::actor {
+namespace {
+
+// One training order at work.
+class TrainRollout {
+ public:
+  TrainRollout(const v1::Order& order, const PreparedSnapshot& snapshot,
+               WorkerState& state, v1::Segment* segment)
+      : order_(order),
+        snapshot_(snapshot),
+        state_(state),
+        task_(state.task),
+        segment_(segment),
+        size_(order.states_size()),
+        writer_(state.assets->layout(), order.horizon(), size_, segment) {}
+
+  absl::Status Run(const std::atomic<bool>* cancel) {
+    SINEW_RETURN_IF_ERROR(LoadStates());
+    for (int step = 0; step < order_.horizon(); ++step) {
+      SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
+      for (int e = 0; e < size_; ++e) Prepare(e);
+      clock_.Lap(&stages_.observe);
+      state_.policy.Run(size_);
+      clock_.Lap(&stages_.infer);
+      for (int e = 0; e < size_; ++e) {
+        SINEW_RETURN_IF_ERROR(StepEnvironment(step, e));
+      }
+    }
+    Finish();
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::Status LoadStates() {
+    for (int e = 0; e < size_; ++e) {
+      Environment& environment = state_.environments[e];
+      environment.index = order_.first_environment() + e;
+      SINEW_RETURN_IF_ERROR(
+          LoadState(order_.states(e), e, task_, &environment));
+      if (environment.fresh) continue;
+      state_.LoadPhysics(environment);
+      task_.Refresh(state_.data.get());
+      Observe(e);
+    }
+    return absl::OkStatus();
+  }
+
+  // Of the state that is in data, into the policy's input.
+  void Observe(int e) {
+    const Environment& environment = state_.environments[e];
+    task_.Observe(state_.data.get(), environment.episode,
+                  environment.previous_target, state_.policy.observation(e),
+                  state_.work.get());
+  }
+
+  RandomKey Key(const Environment& environment, RandomPurpose purpose) const {
+    return {.seed = order_.seed(),
+            .environment = static_cast<uint64_t>(environment.index),
+            .episode = static_cast<uint64_t>(environment.episode.episode),
+            .step = static_cast<uint64_t>(environment.episode.step),
+            .purpose = purpose};
+  }
+
+  // Begins the episode of a fresh environment; draws the step's noise.
+  void Prepare(int e) {
+    Environment& environment = state_.environments[e];
+    if (environment.fresh) {
+      world::Episode& episode = environment.episode;
+      const world::StartFrame start = snapshot_.starts().Draw(
+          order_.seed(), static_cast<uint64_t>(environment.index),
+          static_cast<uint64_t>(episode.episode));
+      episode.clip = start.clip;
+      episode.start_frame = start.frame;
+      const RandomKey noise = Key(environment, RandomPurpose::kStartNoise);
+      task_.Reset(episode, &noise, state_.data.get(),
+                  absl::MakeSpan(environment.previous_target),
+                  state_.work.get());
+      state_.StorePhysics(&environment);
+      environment.fresh = false;
+      Observe(e);
+    }
+    state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
+  }
+
+  absl::Status StepEnvironment(int step, int e) {
+    Environment& environment = state_.environments[e];
+    mjData* data = state_.data.get();
+    const double log_probability = state_.policy.LogProbability(e);
+    SINEW_RETURN_IF_ERROR(
+        CheckPolicyOutput(state_.policy, e, log_probability, snapshot_));
+    state_.LoadPhysics(environment);
+    task_.Target(data, environment.episode, state_.policy.action(e),
+                 absl::MakeSpan(state_.target), state_.work.get());
+    const world::Episode before = environment.episode;
+    clock_.Lap(&stages_.observe);
+    const world::ActuationResult physics = task_.Simulate(
+        data, state_.target, absl::MakeSpan(environment.previous_target));
+    clock_.Lap(&stages_.simulate);
+    const world::StepResult result = task_.Finish(
+        data, physics, &environment.episode, state_.work.get());
+    writer_.WriteStep(
+        step, e,
+        {.observation = state_.policy.observation(e),
+         .action = state_.policy.action(e),
+         .action_mean = state_.policy.mean(e),
+         .target = state_.target,
+         .log_probability = log_probability,
+         .clip = before.clip,
+         .frame = ClipRow(before),
+         .result = &result});
+    AfterStep(step, e, result);
+    return absl::OkStatus();
+  }
+
+  // Row of the clip that is current at an episode's state.
+  int32_t ClipRow(const world::Episode& episode) const {
+    const int64_t frame = int64_t{episode.start_frame} + episode.step;
+    return static_cast<int32_t>(
+        frame % task_.library().clip(episode.clip).num_frames());
+  }
+
+  // Observes the new state where somebody will read it; ends the episode.
+  void AfterStep(int step, int e, const world::StepResult& result) {
+    Environment& environment = state_.environments[e];
+    const bool ended = result.terminated || result.truncated;
+    const bool last = step + 1 == order_.horizon();
+    const absl::Span<float> observation = state_.policy.observation(e);
+    if (result.diverged) {
+      ++segment_mutable_diverged();
+      std::fill(observation.begin(), observation.end(), 0.F);
+    } else if (!result.terminated || last) {
+      Observe(e);
+    }
+    if (result.truncated) writer_.WriteTruncation(step, e, observation);
+    if (last) writer_.WriteBoundary(e, observation);
+    if (ended) {
+      EndEpisode(result, &environment);
+    } else {
+      state_.StorePhysics(&environment);
+    }
+  }

@@ -1,0 +1,62 @@
+#include "actor/worker_state.h"
+
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace sinew::actor {
+namespace {
+
+bool AllFinite(absl::Span<const float> values) {
+  for (float value : values) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+WorkerState::WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
+                         int max_environments)
+    : assets(std::move(shared_assets)),
+      task(assets->task()),
+      model(task.character().model()),
+      data(mj_makeData(model)),
+      work(task.MakeWorkspace()),
+      policy(max_environments),
+      environments(max_environments),
+      target(task.action_width(), 0.0) {}
+
+void WorkerState::LoadPhysics(const Environment& environment) {
+  mj_setState(model, data.get(), environment.physics.data(),
+              mjSTATE_INTEGRATION);
+}
+
+void WorkerState::StorePhysics(Environment* environment) {
+  mj_getState(model, data.get(), environment->physics.data(),
+              mjSTATE_INTEGRATION);
+}
+
+absl::Status CheckCancelled(const std::atomic<bool>* cancel,
+                            const v1::Order& order) {
+  if (cancel == nullptr || !cancel->load(std::memory_order_relaxed)) {
+    return absl::OkStatus();
+  }
+  return absl::CancelledError(
+      absl::StrCat("order ", order.order_id(), " was cancelled"));
+}
+
+absl::Status CheckPolicyOutput(const PolicyRunner& policy, int row,
+                               double log_probability,
+                               const PreparedSnapshot& snapshot) {
+  if (AllFinite(policy.action(row)) && AllFinite(policy.mean(row)) &&
+      std::isfinite(static_cast<float>(log_probability))) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(
+      absl::StrCat("snapshot version ", snapshot.version(),
+                   ": expected finite actions, the policy gave others"));
+}
+
+}  // namespace sinew::actor

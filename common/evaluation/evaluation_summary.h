@@ -1,0 +1,60 @@
+#ifndef SINEW_COMMON_EVALUATION_EVALUATION_SUMMARY_H_
+#define SINEW_COMMON_EVALUATION_EVALUATION_SUMMARY_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "proto/sinew/v1/rollout.pb.h"
+
+namespace sinew {
+
+// Means over all frames of a set of results (long motions weigh more, as in
+// the papers); 0 where there are no frames. Definitions:
+// sim/metrics/tracking_errors.h.
+struct MetricMeans {
+  double e_g_mpjpe_mm = 0;
+  double e_mpjpe_mm = 0;
+  double e_vel = 0;  // mm/frame at 30 Hz
+  double e_acc = 0;  // mm/frame^2 at 30 Hz
+};
+
+// All starts of one clip.
+struct ClipSummary {
+  int32_t clip = 0;
+  bool success = false;  // all its starts succeeded
+  int32_t starts = 0;
+  int32_t succeeded_starts = 0;
+  int64_t frames = 0;            // compared, over all starts
+  int32_t failed_at_frame = -1;  // earliest failure, counted from its start
+  MetricMeans means;
+  std::vector<double> body_mm;  // [B] mean error of each tracked body
+};
+
+// A set of clips.
+struct SetSummary {
+  int32_t clips = 0;
+  int32_t succeeded_clips = 0;
+  int32_t starts = 0;
+  int32_t succeeded_starts = 0;
+  int64_t frames = 0;
+  double success_rate = 0;    // succeeded clips / clips
+  double survived_share = 0;  // frames reached / frames asked for
+  MetricMeans means;
+  std::vector<double> body_mm;
+};
+
+struct EvaluationSummary {
+  SetSummary overall;
+  SetSummary successful;           // of the clips that succeeded
+  std::vector<ClipSummary> clips;  // in clip order; those with results
+};
+
+// Summary of results in any order; equal for every order of them, bit for bit.
+// Pure.
+EvaluationSummary SummariseEvaluation(
+    absl::Span<const v1::EvaluationResult> results);
+
+}  // namespace sinew
+
+#endif  // SINEW_COMMON_EVALUATION_EVALUATION_SUMMARY_H_
