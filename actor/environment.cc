@@ -78,9 +78,8 @@ absl::Status LoadState(const v1::EnvironmentState& state, int index,
   if (environment->fresh) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(
       CheckNumbers(index, "physics", state.physics(), task.state_size()));
-  SINEW_RETURN_IF_ERROR(CheckNumbers(index, "previous_target",
-                                     state.previous_target(),
-                                     task.action_width()));
+  SINEW_RETURN_IF_ERROR(CheckNumbers(
+      index, "previous_target", state.previous_target(), task.action_width()));
   SINEW_RETURN_IF_ERROR(CheckEpisode(state, index, task));
   environment->physics.assign(state.physics().begin(), state.physics().end());
   environment->previous_target.assign(state.previous_target().begin(),

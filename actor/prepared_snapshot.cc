@@ -38,8 +38,7 @@ absl::Status FindInputs(const v1::Graph& graph, int64_t observation_width,
                                 ports.observation, " and ", input.name()));
     } else if (input.width() != observation_width) {
       return Error(absl::StrCat("expected input ", input.name(), " of width ",
-                                observation_width, ", found ",
-                                input.width()));
+                                observation_width, ", found ", input.width()));
     } else {
       ports.observation = input.name();
     }
@@ -135,13 +134,11 @@ PreparedSnapshot::Create(const v1::Snapshot& snapshot,
   SINEW_RETURN_IF_ERROR(FindInputs(*graph, task.observation_width(), ports));
   SINEW_RETURN_IF_ERROR(FindTaps(*graph, ports));
   SINEW_ASSIGN_OR_RETURN(
-      prepared->pack_,
-      policy::PackWeights(snapshot.graph(), kGraph, weights));
-  SINEW_RETURN_IF_ERROR(CheckActionWidth(snapshot.graph(), *graph, ports,
-                                         task.action_width()));
-  SINEW_ASSIGN_OR_RETURN(
-      prepared->std_,
-      ReadStd(weights, ports.std_parameter, task.action_width()));
+      prepared->pack_, policy::PackWeights(snapshot.graph(), kGraph, weights));
+  SINEW_RETURN_IF_ERROR(
+      CheckActionWidth(snapshot.graph(), *graph, ports, task.action_width()));
+  SINEW_ASSIGN_OR_RETURN(prepared->std_, ReadStd(weights, ports.std_parameter,
+                                                 task.action_width()));
   return prepared;
 }
 

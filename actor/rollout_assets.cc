@@ -16,10 +16,9 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
                          ParseRecipe(recipe_text, "asset recipe"));
   const v1::Recipe recipe = WithDefaults(std::move(parsed));
   SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
-  SINEW_ASSIGN_OR_RETURN(
-      std::unique_ptr<character::Character> character,
-      character::Character::FromAssets(character_text, model_binary,
-                                       "asset character"));
+  SINEW_ASSIGN_OR_RETURN(std::unique_ptr<character::Character> character,
+                         character::Character::FromAssets(
+                             character_text, model_binary, "asset character"));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<motion::Library> library,
       motion::Library::FromBytes(library_manifest, frames, "asset library"));
@@ -34,9 +33,8 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
   assets->character_ = std::move(character);
   assets->library_ = std::move(library);
   SINEW_ASSIGN_OR_RETURN(
-      assets->task_,
-      world::TrackingTask::Create(recipe, *assets->character_,
-                                  *assets->library_));
+      assets->task_, world::TrackingTask::Create(recipe, *assets->character_,
+                                                 *assets->library_));
   assets->layout_ = MakeSegmentLayout(assets->task_->observation_width(),
                                       assets->task_->action_width());
   assets->layout_sha256_ = LayoutSha256(assets->layout_);

@@ -4,7 +4,6 @@
 #include <memory>
 #include <string>
 
-
 #include "absl/status/statusor.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/character/character.h"

@@ -102,18 +102,17 @@ class TrainRollout {
     const world::ActuationResult physics = task_.Simulate(
         data, state_.target, absl::MakeSpan(environment.previous_target));
     clock_.Lap(&stages_.simulate);
-    const world::StepResult result = task_.Finish(
-        data, physics, &environment.episode, state_.work.get());
-    writer_.WriteStep(
-        step, e,
-        {.observation = state_.policy.observation(e),
-         .action = state_.policy.action(e),
-         .action_mean = state_.policy.mean(e),
-         .target = state_.target,
-         .log_probability = log_probability,
-         .clip = before.clip,
-         .frame = ClipRow(before),
-         .result = &result});
+    const world::StepResult result =
+        task_.Finish(data, physics, &environment.episode, state_.work.get());
+    writer_.WriteStep(step, e,
+                      {.observation = state_.policy.observation(e),
+                       .action = state_.policy.action(e),
+                       .action_mean = state_.policy.mean(e),
+                       .target = state_.target,
+                       .log_probability = log_probability,
+                       .clip = before.clip,
+                       .frame = ClipRow(before),
+                       .result = &result});
     AfterStep(step, e, result);
     return absl::OkStatus();
   }
@@ -132,7 +131,7 @@ class TrainRollout {
     const bool last = step + 1 == order_.horizon();
     const absl::Span<float> observation = state_.policy.observation(e);
     if (result.diverged) {
-      ++segment_mutable_diverged();
+      ++diverged_;
       std::fill(observation.begin(), observation.end(), 0.F);
     } else if (!result.terminated || last) {
       Observe(e);
@@ -145,3 +144,61 @@ class TrainRollout {
       state_.StorePhysics(&environment);
     }
   }
+
+  void EndEpisode(const world::StepResult& result, Environment* environment) {
+    const world::Episode& episode = environment->episode;
+    v1::EpisodeEnd* end = segment_->add_episodes();
+    end->set_environment(environment->index);
+    end->set_episode(episode.episode);
+    end->set_reason(result.diverged     ? v1::EpisodeEnd::REASON_DIVERGED
+                    : result.terminated ? v1::EpisodeEnd::REASON_TERMINATED
+                    : result.clip_end   ? v1::EpisodeEnd::REASON_CLIP_END
+                                        : v1::EpisodeEnd::REASON_TIME_LIMIT);
+    end->set_clip(episode.clip);
+    end->set_start_frame(episode.start_frame);
+    end->set_steps(episode.step);
+    end->set_episode_return(episode.episode_return);
+    // A diverged step has no distance.
+    const int measured = episode.step - (result.diverged ? 1 : 0);
+    end->set_mean_body_distance(measured > 0 ? episode.episode_error / measured
+                                             : 0);
+    BeginNextEpisode(environment);
+  }
+
+  void Finish() {
+    writer_.Finish();
+    for (int e = 0; e < size_; ++e) {
+      SaveState(state_.environments[e], segment_->add_end_states());
+    }
+    segment_->set_diverged(diverged_);
+    segment_->set_physics_steps(int64_t{order_.horizon()} * size_ *
+                                task_.substeps());
+    clock_.Lap(&stages_.observe);
+    v1::StageSeconds* seconds = segment_->mutable_seconds();
+    seconds->set_simulate(stages_.simulate);
+    seconds->set_infer(stages_.infer);
+    seconds->set_observe(stages_.observe);
+  }
+
+  const v1::Order& order_;
+  const PreparedSnapshot& snapshot_;
+  WorkerState& state_;
+  const world::TrackingTask& task_;
+  v1::Segment* const segment_;
+  const int size_;
+  SegmentWriter writer_;
+  StageClock clock_;
+  Stages stages_;
+  int diverged_ = 0;
+};
+
+}  // namespace
+
+absl::Status RunTraining(const v1::Order& order,
+                         const PreparedSnapshot& snapshot,
+                         const std::atomic<bool>* cancel, WorkerState& state,
+                         v1::Segment* segment) {
+  return TrainRollout(order, snapshot, state, segment).Run(cancel);
+}
+
+}  // namespace sinew::actor

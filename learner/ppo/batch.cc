@@ -17,8 +17,12 @@ constexpr double kLeastDeviation = 1e-8;
 
 }  // namespace
 
-Batch::Batch(int64_t action_width, v1::SegmentLayout layout)
-    : action_width_(action_width), layout_(std::move(layout)) {}
+Batch::Batch(int64_t action_width, v1::SegmentLayout layout, double discount,
+             double lambda)
+    : action_width_(action_width),
+      layout_(std::move(layout)),
+      discount_(discount),
+      lambda_(lambda) {}
 
 absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments) {
   views_.clear();
@@ -32,8 +36,8 @@ absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments) {
     first_row_.push_back(rows_);
     first_bootstrap_.push_back(bootstrap_rows_);
     rows_ += view.rows();
-    bootstrap_rows_ += view.environments +
-                       static_cast<int64_t>(view.truncation_index.size());
+    bootstrap_rows_ +=
+        view.environments + static_cast<int64_t>(view.truncation_index.size());
   }
   values_.resize(rows_ + bootstrap_rows_);
   action_.resize(rows_ * action_width_);
@@ -66,19 +70,17 @@ void Batch::CopyColumns(int segment) {
                  [](uint8_t valid) { return valid != 0 ? 1.0f : 0.0f; });
 }
 
-void Batch::ComputeReturns(int segment, double discount, double lambda,
-                           double scale) {
+void Batch::ComputeReturns(int segment) {
   const SegmentView& view = views_[segment];
   const int64_t row = first_row_[segment];
-  const int64_t size = view.rows();
-  const int64_t bootstrap = rows_ + first_bootstrap_[segment];
-  const size_t truncations = view.truncation_index.size();
+  const size_t size = view.rows();
+  const float scale = static_cast<float>(1 - discount_);
   const absl::Span<float> values(&values_[row], size);
-  const absl::Span<float> bootstraps(&values_[bootstrap],
-                                     view.environments + truncations);
-  const float inverse_scale = static_cast<float>(1.0 / scale);
-  for (float& value : values) value *= inverse_scale;
-  for (float& value : bootstraps) value *= inverse_scale;
+  const absl::Span<float> bootstraps(
+      &values_[rows_ + first_bootstrap_[segment]],
+      view.environments + view.truncation_index.size());
+  for (float& value : values) value /= scale;
+  for (float& value : bootstraps) value /= scale;
 
   const absl::Span<float> next(&next_values_[row], size);
   FillNextValues(values, bootstraps.subspan(0, view.environments),
@@ -87,10 +89,8 @@ void Batch::ComputeReturns(int segment, double discount, double lambda,
   const absl::Span<float> targets(&value_target_[row], size);
   ComputeGae({view.steps, view.environments, view.reward, values, next,
               view.terminated, view.truncated},
-             discount, lambda, {&advantage_[row], static_cast<size_t>(size)},
-             targets);
-  for (float& target : targets) target *= static_cast<float>(scale);
-  for (float& value : values) value *= static_cast<float>(scale);
+             discount_, lambda_, {&advantage_[row], size}, targets);
+  for (float& target : targets) target *= scale;
 }
 
 BatchFigures Batch::Finish() {
@@ -130,19 +130,19 @@ BatchFigures Batch::Finish() {
 }
 
 double Batch::ExplainedVariance(int64_t valid_rows) const {
-  double target_sum = 0, error_sum = 0, target_squares = 0, error_squares = 0;
+  // The error of a value is the advantage: R - V = A.
+  double sum = 0, squares = 0, error_sum = 0, error_squares = 0;
   for (int64_t i = 0; i < rows_; ++i) {
     if (weight_[i] == 0) continue;
-    const double target = value_target_[i];
-    const double error = target - values_[i];
-    target_sum += target;
-    target_squares += target * target;
+    const double target = value_target_[i] / (1 - discount_);
+    const double error = advantage_[i];
+    sum += target;
+    squares += target * target;
     error_sum += error;
     error_squares += error * error;
   }
-  if (valid_rows == 0) return 0;
-  const double n = static_cast<double>(valid_rows);
-  const double variance = target_squares / n - target_sum * target_sum / n / n;
+  const double n = static_cast<double>(std::max<int64_t>(1, valid_rows));
+  const double variance = squares / n - sum * sum / n / n;
   const double rest = error_squares / n - error_sum * error_sum / n / n;
   return variance > 0 ? 1.0 - rest / variance : 0.0;
 }

@@ -36,8 +36,12 @@ struct BatchFigures {
 //   until the next Reset. Blocking: never. Errors: Reset, as ViewSegment.
 class Batch {
  public:
-  // `action_width` A and the layout that segments must have.
-  Batch(int64_t action_width, v1::SegmentLayout layout);
+  // `action_width` A and the layout that segments must have; discount and
+  // lambda of ComputeGae. Networks predict (1 - discount) times the discounted
+  // sum of rewards, about the size of one reward: so are values() when the
+  // caller fills them, and value_target().
+  Batch(int64_t action_width, v1::SegmentLayout layout, double discount,
+        double lambda);
 
   // A block of observations that belongs to consecutive rows.
   struct Block {
@@ -47,9 +51,7 @@ class Batch {
 
   absl::Status Reset(absl::Span<const v1::Segment* const> segments);
   void CopyColumns(int segment);
-  // Values are scale * (discounted sum of rewards), and so will be the targets.
-  void ComputeReturns(int segment, double discount, double lambda,
-                      double scale);
+  void ComputeReturns(int segment);
   // Advantages get mean 0 and standard deviation 1 over the valid rows.
   BatchFigures Finish();
 
@@ -71,10 +73,13 @@ class Batch {
   absl::Span<const float> weight() const { return weight_; }
 
  private:
+  // Before advantages are normalised.
   double ExplainedVariance(int64_t valid_rows) const;
 
   const int64_t action_width_;
   const v1::SegmentLayout layout_;
+  const double discount_;
+  const double lambda_;
   std::vector<SegmentView> views_;
   std::vector<int64_t> first_row_;        // of each segment
   std::vector<int64_t> first_bootstrap_;  // likewise, counted from 0

@@ -11,9 +11,8 @@ void ComputeGae(const GaeGrid& grid, double discount, double lambda,
   const size_t size = grid.steps * grid.environments;
   SINEW_CHECK(grid.rewards.size() == size && grid.values.size() == size &&
               grid.next_values.size() == size &&
-              grid.terminated.size() == size &&
-              grid.truncated.size() == size && advantages.size() == size &&
-              returns.size() == size)
+              grid.terminated.size() == size && grid.truncated.size() == size &&
+              advantages.size() == size && returns.size() == size)
       << "grid of " << grid.steps << " x " << grid.environments;
   const float gamma = static_cast<float>(discount);
   const float decay = static_cast<float>(discount * lambda);
@@ -41,8 +40,8 @@ void FillNextValues(absl::Span<const float> values,
   SINEW_CHECK(next_values.size() == values.size() && values.size() >= width &&
               truncation_index.size() == truncation_values.size())
       << "values " << values.size() << ", boundary " << width;
-  auto end = std::copy(values.begin() + width, values.end(),
-                       next_values.begin());
+  auto end =
+      std::copy(values.begin() + width, values.end(), next_values.begin());
   std::copy(boundary_values.begin(), boundary_values.end(), end);
   for (size_t k = 0; k < truncation_index.size(); ++k) {
     next_values[truncation_index[k]] = truncation_values[k];

@@ -15,7 +15,8 @@ constexpr double kVarianceFloor = 1e-8;
 void ComputeMoments(absl::Span<const float> rows,
                     absl::Span<const uint8_t> valid, Moments& out) {
   const size_t width = out.mean.size();
-  SINEW_CHECK(rows.size() == valid.size() * width && out.squares.size() == width)
+  SINEW_CHECK(rows.size() == valid.size() * width &&
+              out.squares.size() == width)
       << rows.size() << " numbers, " << valid.size() << " rows of " << width;
   std::fill(out.mean.begin(), out.mean.end(), 0.0);
   std::fill(out.squares.begin(), out.squares.end(), 0.0);

@@ -19,10 +19,10 @@ namespace sinew::learner {
 
 // Figures of one update; names as in metrics.jsonl.
 struct UpdateStatistics {
-  int64_t samples = 0;           // valid rows used
-  int32_t epochs = 0;            // passes done before the KL stop
+  int64_t samples = 0;  // valid rows used
+  int32_t epochs = 0;   // passes done before the KL stop
   double policy_loss = 0, value_loss = 0, entropy = 0;
-  double kl = 0;                 // mean KL(old || new) after the last pass
+  double kl = 0;  // mean KL(old || new) after the last pass
   double clip_fraction = 0;
   double policy_gradient_norm = 0, value_gradient_norm = 0;  // mean, unclipped
   double explained_variance = 0;
@@ -30,8 +30,8 @@ struct UpdateStatistics {
   std::vector<double> reward_terms;  // means
   double body_distance_mean_m = 0;
   double policy_learning_rate = 0, value_learning_rate = 0, std_factor = 1;
-  int64_t non_finite = 0;        // minibatches skipped for non-finite loss
-  double flops = 0;              // multiply-adds * 2 of the update, computed
+  int64_t non_finite = 0;  // minibatches skipped for non-finite loss
+  double flops = 0;        // multiply-adds * 2 of the update, computed
 };
 
 // PPO over segments: GAE (terminated: value 0; truncated: bootstrap from the

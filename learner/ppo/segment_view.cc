@@ -38,9 +38,8 @@ absl::StatusOr<SegmentView> ViewSegment(const v1::Segment& segment,
   SegmentView view;
   view.steps = reward->shape(0);
   view.environments = reward->shape(1);
-  const absl::Status fits =
-      AtOrder(segment, CheckColumns(segment, layout, view.steps,
-                                    view.environments));
+  const absl::Status fits = AtOrder(
+      segment, CheckColumns(segment, layout, view.steps, view.environments));
   if (!fits.ok()) return fits;
   view.observation = Column<float>(segment, column::kObservation);
   view.action = Column<float>(segment, column::kAction);

@@ -13,18 +13,18 @@ namespace sinew::learner {
 // E environments, K truncated steps; shapes and meaning are those of
 // common/segment/segment_layout.h. Valid as long as the segment is.
 struct SegmentView {
-  int64_t steps = 0;         // T
-  int64_t environments = 0;  // E
-  absl::Span<const float> observation;      // [T, E, O]
-  absl::Span<const float> action;           // [T, E, A]
-  absl::Span<const float> action_mean;      // [T, E, A]
-  absl::Span<const float> log_probability;  // [T, E]
-  absl::Span<const float> reward;           // [T, E]
-  absl::Span<const float> reward_terms;     // [T, E, 4]
-  absl::Span<const float> body_distance;    // [T, E]
-  absl::Span<const uint8_t> terminated;     // [T, E]
-  absl::Span<const uint8_t> truncated;      // [T, E]
-  absl::Span<const uint8_t> valid;          // [T, E]
+  int64_t steps = 0;                               // T
+  int64_t environments = 0;                        // E
+  absl::Span<const float> observation;             // [T, E, O]
+  absl::Span<const float> action;                  // [T, E, A]
+  absl::Span<const float> action_mean;             // [T, E, A]
+  absl::Span<const float> log_probability;         // [T, E]
+  absl::Span<const float> reward;                  // [T, E]
+  absl::Span<const float> reward_terms;            // [T, E, 4]
+  absl::Span<const float> body_distance;           // [T, E]
+  absl::Span<const uint8_t> terminated;            // [T, E]
+  absl::Span<const uint8_t> truncated;             // [T, E]
+  absl::Span<const uint8_t> valid;                 // [T, E]
   absl::Span<const float> boundary_observation;    // [E, O]
   absl::Span<const int32_t> truncation_index;      // [K]
   absl::Span<const float> truncation_observation;  // [K, O]

@@ -11,17 +11,9 @@
 #include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "sim/character/model_ptr.h"
 
 namespace sinew::character {
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
 // One actuated hinge, resolved against the compiled model.
 struct JointInfo {
@@ -89,7 +81,13 @@ class Character {
 
  private:
   Character() = default;
+  // Fill the members below from the proto and the model.
   absl::Status Resolve(absl::string_view source);
+  absl::Status ResolveJoints(absl::string_view source);
+  absl::Status ResolveFeet(absl::string_view source);
+  absl::Status ResolveTracked(absl::string_view source);
+  absl::StatusOr<int> BodyId(absl::string_view source, absl::string_view field,
+                             const std::string& name) const;
 
   v1::Character proto_;
   ModelPtr model_;

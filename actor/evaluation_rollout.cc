@@ -1,0 +1,169 @@
+#include <vector>
+
+#include "actor/worker_state.h"
+#include "common/status_macros.h"
+#include "sim/metrics/tracking_errors.h"
+
+namespace sinew::actor {
+namespace {
+
+// One evaluation order at work. Starts that have ended leave the batch, which
+// changes nothing for the others.
+class EvaluationRollout {
+ public:
+  EvaluationRollout(const v1::Order& order, const PreparedSnapshot& snapshot,
+                    WorkerState& state, v1::Segment* segment)
+      : order_(order),
+        snapshot_(snapshot),
+        state_(state),
+        task_(state.task),
+        max_distance_(task_.recipe().evaluation().max_mean_body_distance()),
+        segment_(segment) {}
+
+  absl::Status Run(const std::atomic<bool>* cancel) {
+    state_.policy.ClearNoise();
+    for (int i = 0; i < order_.starts_size(); ++i) Begin(i);
+    while (!live_.empty()) {
+      SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
+      for (size_t row = 0; row < live_.size(); ++row) Observe(row);
+      clock_.Lap(&stages_.observe);
+      state_.policy.Run(static_cast<int>(live_.size()));
+      clock_.Lap(&stages_.infer);
+      size_t kept = 0;
+      for (size_t row = 0; row < live_.size(); ++row) {
+        bool alive = false;
+        SINEW_RETURN_IF_ERROR(Step(row, &alive));
+        if (alive) live_[kept++] = live_[row];
+      }
+      live_.resize(kept);
+    }
+    Finish();
+    return absl::OkStatus();
+  }
+
+ private:
+  void Begin(int start) {
+    const v1::EvaluationStart& from = order_.starts(start);
+    Environment& environment = state_.environments[start];
+    environment.index = start;
+    environment.fresh = false;
+    environment.physics.resize(task_.state_size());
+    environment.previous_target.resize(task_.action_width());
+    environment.episode = {.episode = 0,
+                           .step = 0,
+                           .clip = from.clip(),
+                           .start_frame = from.start_frame()};
+    task_.Reset(environment.episode, /*noise=*/nullptr, state_.data.get(),
+                absl::MakeSpan(environment.previous_target), state_.work.get());
+    state_.StorePhysics(&environment);
+    errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
+                         task_.recipe().physics().control_hz());
+    failed_at_.push_back(-1);
+    live_.push_back(start);
+  }
+
+  void Observe(size_t row) {
+    const Environment& environment = state_.environments[live_[row]];
+    state_.LoadPhysics(environment);
+    task_.Refresh(state_.data.get());
+    task_.Observe(
+        state_.data.get(), environment.episode, environment.previous_target,
+        state_.policy.observation(static_cast<int>(row)), state_.work.get());
+  }
+
+  absl::Status Step(size_t row, bool* alive) {
+    const int start = live_[row];
+    Environment& environment = state_.environments[start];
+    mjData* data = state_.data.get();
+    SINEW_RETURN_IF_ERROR(CheckPolicyOutput(
+        state_.policy, static_cast<int>(row), 0.0, snapshot_));
+    state_.LoadPhysics(environment);
+    task_.Target(data, environment.episode,
+                 state_.policy.action(static_cast<int>(row)),
+                 absl::MakeSpan(state_.target), state_.work.get());
+    clock_.Lap(&stages_.observe);
+    const world::ActuationResult physics = task_.Simulate(
+        data, state_.target, absl::MakeSpan(environment.previous_target));
+    clock_.Lap(&stages_.simulate);
+    physics_steps_ += task_.substeps();
+    const world::StepResult result =
+        task_.Finish(data, physics, &environment.episode, state_.work.get());
+    *alive = Measure(start, result, environment.episode.step);
+    if (*alive) state_.StorePhysics(&environment);
+    return absl::OkStatus();
+  }
+
+  // Adds the frame that was reached; false if the start has ended there.
+  bool Measure(int start, const world::StepResult& result, int frame) {
+    if (result.diverged) {
+      ++diverged_;
+      failed_at_[start] = frame;
+      return false;
+    }
+    const double distance = errors_[start].Add(state_.work->body.position,
+                                               state_.work->reference.position);
+    if (state_.observer) state_.observer(start, frame, *state_.data);
+    if (!(distance <= max_distance_)) {
+      failed_at_[start] = frame;
+      return false;
+    }
+    return frame < order_.starts(start).steps();
+  }
+
+  void Finish() {
+    for (int i = 0; i < order_.starts_size(); ++i) {
+      WriteResult(i, segment_->add_results());
+    }
+    segment_->set_diverged(diverged_);
+    segment_->set_physics_steps(physics_steps_);
+    clock_.Lap(&stages_.observe);
+    v1::StageSeconds* seconds = segment_->mutable_seconds();
+    seconds->set_simulate(stages_.simulate);
+    seconds->set_infer(stages_.infer);
+    seconds->set_observe(stages_.observe);
+  }
+
+  void WriteResult(int start, v1::EvaluationResult* result) const {
+    const v1::EvaluationStart& from = order_.starts(start);
+    const metrics::TrackingErrorSums& sums = errors_[start].sums();
+    result->set_clip(from.clip());
+    result->set_start_frame(from.start_frame());
+    result->set_steps(from.steps());
+    result->set_success(failed_at_[start] < 0);
+    result->set_failed_at_frame(failed_at_[start]);
+    result->set_frames(static_cast<int32_t>(sums.frames));
+    result->set_velocity_frames(static_cast<int32_t>(sums.velocity_frames));
+    result->set_acceleration_frames(
+        static_cast<int32_t>(sums.acceleration_frames));
+    result->set_sum_g_mpjpe_mm(sums.g_mpjpe_mm);
+    result->set_sum_mpjpe_mm(sums.mpjpe_mm);
+    result->set_sum_velocity(sums.velocity);
+    result->set_sum_acceleration(sums.acceleration);
+    for (double sum : sums.body_mm) result->add_sum_body_mm(sum);
+  }
+
+  const v1::Order& order_;
+  const PreparedSnapshot& snapshot_;
+  WorkerState& state_;
+  const world::TrackingTask& task_;
+  const double max_distance_;
+  v1::Segment* const segment_;
+  std::vector<metrics::TrackingErrors> errors_;  // by start
+  std::vector<int> failed_at_;                   // by start
+  std::vector<int> live_;                        // starts still running
+  StageClock clock_;
+  Stages stages_;
+  int64_t physics_steps_ = 0;
+  int diverged_ = 0;
+};
+
+}  // namespace
+
+absl::Status RunEvaluation(const v1::Order& order,
+                           const PreparedSnapshot& snapshot,
+                           const std::atomic<bool>* cancel, WorkerState& state,
+                           v1::Segment* segment) {
+  return EvaluationRollout(order, snapshot, state, segment).Run(cancel);
+}
+
+}  // namespace sinew::actor

@@ -1,0 +1,103 @@
+#include "actor/order_check.h"
+
+#include "absl/strings/str_cat.h"
+#include "common/status_macros.h"
+
+namespace sinew::actor {
+namespace {
+
+template <typename Expected, typename Found>
+absl::Status Error(const v1::Order& order, absl::string_view field,
+                   const Expected& expected, const Found& found) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("order ", order.order_id(), " field ", field, ": expected ",
+                   expected, ", found ", found));
+}
+
+absl::Status CheckTraining(const v1::Order& order, int max_environments) {
+  if (order.horizon() < 1) {
+    return Error(order, "horizon", ">= 1", order.horizon());
+  }
+  if (order.states_size() < 1 || order.states_size() > max_environments) {
+    return Error(order, "states",
+                 absl::StrCat("1 to ", max_environments, " environments"),
+                 order.states_size());
+  }
+  if (order.first_environment() < 0) {
+    return Error(order, "first_environment", ">= 0", order.first_environment());
+  }
+  if (order.starts_size() > 0) {
+    return Error(order, "starts", "none in a training order",
+                 order.starts_size());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckStart(const v1::Order& order, int index,
+                        const motion::Library& library) {
+  const v1::EvaluationStart& start = order.starts(index);
+  const std::string field = absl::StrCat("starts[", index, "]");
+  if (start.clip() < 0 || start.clip() >= library.num_clips()) {
+    return Error(order, field + ".clip",
+                 absl::StrCat("0 to ", library.num_clips() - 1), start.clip());
+  }
+  const v1::ClipInfo& clip = library.clip(start.clip());
+  const int64_t last_start = world::NumStartFrames(clip) - 1;
+  if (start.start_frame() < 0 || start.start_frame() > last_start) {
+    return Error(order, field + ".start_frame",
+                 absl::StrCat("0 to ", last_start), start.start_frame());
+  }
+  const int64_t most = motion::LastFrame(clip) - start.start_frame();
+  if (start.steps() < 1 || start.steps() > most) {
+    return Error(order, field + ".steps", absl::StrCat("1 to ", most),
+                 start.steps());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckEvaluation(const v1::Order& order,
+                             const motion::Library& library,
+                             int max_environments) {
+  if (order.starts_size() < 1 || order.starts_size() > max_environments) {
+    return Error(order, "starts", absl::StrCat("1 to ", max_environments),
+                 order.starts_size());
+  }
+  if (order.states_size() > 0) {
+    return Error(order, "states", "none in an evaluation order",
+                 order.states_size());
+  }
+  for (int i = 0; i < order.starts_size(); ++i) {
+    SINEW_RETURN_IF_ERROR(CheckStart(order, i, library));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckOrder(const v1::Order& order,
+                        const PreparedSnapshot& snapshot,
+                        const RolloutAssets& assets, int max_environments) {
+  if (order.layout_sha256() != assets.layout_sha256()) {
+    return Error(order, "layout_sha256", assets.layout_sha256(),
+                 order.layout_sha256());
+  }
+  if (order.snapshot_version() != snapshot.version()) {
+    return Error(order, "snapshot_version", snapshot.version(),
+                 order.snapshot_version());
+  }
+  if (order.snapshot_sha256() != snapshot.sha256()) {
+    return Error(order, "snapshot_sha256", snapshot.sha256(),
+                 order.snapshot_sha256());
+  }
+  switch (order.kind()) {
+    case v1::Order::KIND_TRAIN:
+      return CheckTraining(order, max_environments);
+    case v1::Order::KIND_EVALUATE:
+      return CheckEvaluation(order, assets.task().library(), max_environments);
+    default:
+      return Error(order, "kind", "KIND_TRAIN or KIND_EVALUATE",
+                   static_cast<int>(order.kind()));
+  }
+}
+
+}  // namespace sinew::actor

@@ -1,0 +1,59 @@
+#include "actor/rollout.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "actor/order_check.h"
+#include "actor/worker_state.h"
+#include "common/status_macros.h"
+
+namespace sinew::actor {
+namespace {
+
+class Worker final : public RolloutWorker {
+ public:
+  Worker(std::shared_ptr<const RolloutAssets> assets, int max_environments)
+      : state_(std::move(assets), max_environments) {}
+
+  absl::StatusOr<v1::Segment> Run(const v1::Order& order,
+                                  const PreparedSnapshot& snapshot,
+                                  const std::atomic<bool>* cancel) override {
+    SINEW_RETURN_IF_ERROR(
+        CheckOrder(order, snapshot, *state_.assets,
+                   static_cast<int>(state_.environments.size())));
+    SINEW_RETURN_IF_ERROR(state_.policy.SetSnapshot(snapshot));
+    v1::Segment segment;
+    segment.set_run_id(order.run_id());
+    segment.set_order_id(order.order_id());
+    segment.set_kind(order.kind());
+    segment.set_iteration(order.iteration());
+    segment.set_snapshot_version(order.snapshot_version());
+    segment.set_snapshot_sha256(order.snapshot_sha256());
+    segment.set_layout_sha256(order.layout_sha256());
+    const auto run =
+        order.kind() == v1::Order::KIND_TRAIN ? &RunTraining : &RunEvaluation;
+    SINEW_RETURN_IF_ERROR(run(order, snapshot, cancel, state_, &segment));
+    return segment;
+  }
+
+  void SetFrameObserver(FrameObserver observer) override {
+    state_.observer = std::move(observer);
+  }
+
+ private:
+  WorkerState state_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<RolloutWorker>> RolloutWorker::Create(
+    std::shared_ptr<const RolloutAssets> assets, int max_environments) {
+  if (max_environments < 1) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "rollout worker: expected at least one environment, found ",
+        max_environments));
+  }
+  return std::make_unique<Worker>(std::move(assets), max_environments);
+}
+
+}  // namespace sinew::actor

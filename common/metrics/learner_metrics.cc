@@ -1,0 +1,69 @@
+#include "common/metrics/learner_metrics.h"
+
+#include <string>
+
+namespace sinew::metrics {
+namespace {
+
+Counter& EpisodeEnds(Registry& registry, const std::string& reason) {
+  return registry.AddCounter("sinew_episode_ends_total",
+                             "Episodes that ended, by reason.",
+                             {{"reason", reason}});
+}
+
+Gauge& GradientNorm(Registry& registry, const std::string& network) {
+  return registry.AddGauge("sinew_gradient_norm",
+                           "Mean gradient norm of the latest update before "
+                           "clipping.",
+                           {{"network", network}});
+}
+
+}  // namespace
+
+LearnerMetrics::LearnerMetrics(Registry& registry)
+    : stage_seconds(registry,
+                    {"learn", "publish", "evaluate", "wait", "checkpoint"}),
+      iterations(registry.AddCounter("sinew_iterations_total",
+                                     "Iterations learned.")),
+      samples(registry.AddCounter("sinew_samples_total",
+                                  "Valid rows learned from.")),
+      policy_version(registry.AddGauge("sinew_policy_version",
+                                       "Version of the latest snapshot.")),
+      policy_lag(registry.AddHistogram(
+          "sinew_policy_lag_versions",
+          "Versions between a segment's snapshot and the update that uses it.",
+          {0, 1, 2, 3, 4, 6, 8, 12, 16, 32})),
+      publish_to_apply_seconds(registry.AddHistogram(
+          "sinew_publish_to_apply_seconds",
+          "From publishing a version to an actor's acting with it.",
+          SecondsBuckets())),
+      actors_connected(registry.AddGauge("sinew_actors_connected",
+                                         "Actors with a live stream.")),
+      orders_outstanding(registry.AddGauge("sinew_orders_outstanding",
+                                           "Orders given out and not done.")),
+      orders_reissued(registry.AddCounter(
+          "sinew_orders_reissued_total",
+          "Orders given to a further actor because they were late.")),
+      orders_returned(registry.AddCounter("sinew_orders_returned_total",
+                                          "Orders that actors gave back.")),
+      episode_ends_terminated(EpisodeEnds(registry, "terminated")),
+      episode_ends_time_limit(EpisodeEnds(registry, "time_limit")),
+      episode_ends_clip_end(EpisodeEnds(registry, "clip_end")),
+      episode_ends_diverged(EpisodeEnds(registry, "diverged")),
+      kl_divergence(registry.AddGauge(
+          "sinew_kl_divergence", "Mean KL divergence after the last pass.")),
+      clipped_ratio(registry.AddGauge(
+          "sinew_clipped_ratio", "Share of rows whose probability ratio was "
+                                 "clipped in the latest update.")),
+      policy_gradient_norm(GradientNorm(registry, "policy")),
+      value_gradient_norm(GradientNorm(registry, "value")),
+      non_finite_minibatches(registry.AddCounter(
+          "sinew_non_finite_total",
+          "Minibatches skipped because their loss was not finite.")),
+      mean_reward(registry.AddGauge("sinew_mean_reward",
+                                    "Mean reward of the latest iteration.")),
+      evaluation_success_ratio(registry.AddGauge(
+          "sinew_evaluation_success_ratio",
+          "Share of evaluation starts that survived.")) {}
+
+}  // namespace sinew::metrics

@@ -1,0 +1,43 @@
+#ifndef SINEW_COMMON_METRICS_LEARNER_METRICS_H_
+#define SINEW_COMMON_METRICS_LEARNER_METRICS_H_
+
+#include "common/metrics/registry.h"
+#include "common/metrics/stage_seconds.h"
+
+namespace sinew::metrics {
+
+// The series of the learner and its dispatcher. A bundle of references:
+// thread-safe like them, valid as long as the registry.
+struct LearnerMetrics {
+  explicit LearnerMetrics(Registry& registry);
+
+  // "learn", "publish", "evaluate", "wait" (for segments), "checkpoint".
+  StageSeconds stage_seconds;
+  Counter& iterations;
+  Counter& samples;
+  Gauge& policy_version;
+  // Versions between a segment's snapshot and the one it is learned into.
+  Histogram& policy_lag;
+  // From publishing a version to an actor's first rollout with it.
+  Histogram& publish_to_apply_seconds;
+  Gauge& actors_connected;
+  Gauge& orders_outstanding;
+  Counter& orders_reissued;
+  Counter& orders_returned;
+  Counter& episode_ends_terminated;
+  Counter& episode_ends_time_limit;
+  Counter& episode_ends_clip_end;
+  Counter& episode_ends_diverged;
+  Gauge& kl_divergence;
+  Gauge& clipped_ratio;
+  Gauge& policy_gradient_norm;
+  Gauge& value_gradient_norm;
+  Counter& non_finite_minibatches;
+  Gauge& mean_reward;
+  // Share of evaluation starts that survived, latest evaluation.
+  Gauge& evaluation_success_ratio;
+};
+
+}  // namespace sinew::metrics
+
+#endif  // SINEW_COMMON_METRICS_LEARNER_METRICS_H_

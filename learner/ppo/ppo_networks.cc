@@ -1,0 +1,365 @@
+#include "learner/ppo/ppo_networks.h"
+
+#include <ATen/ATen.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "common/check.h"
+#include "common/policy/validate.h"
+#include "common/status_macros.h"
+#include "learner/ppo/trained_network.h"
+#include "learner/torch/runtime.h"
+#include "learner/torch/torch_guard.h"
+
+namespace sinew::learner {
+namespace {
+
+using at::Tensor;
+
+// Largest |log ratio| that enters the loss: exp(20) is finite in float32.
+constexpr double kLargestLogRatio = 20;
+
+constexpr char kObservation[] = "observation";
+
+std::vector<int> AllParameters(const v1::PolicyGraph& graph) {
+  std::vector<int> numbers(graph.parameters_size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+at::Device DeviceOf(const std::string& name) {
+  return at::Device(name == "cuda" ? at::kCUDA : at::kCPU);
+}
+
+// Host numbers as a tensor that shares their memory on the CPU. libtorch wants
+// a mutable pointer; what is made here is only read.
+template <typename T>
+Tensor HostView(absl::Span<const T> values, at::IntArrayRef shape,
+                at::ScalarType type) {
+  return at::from_blob(const_cast<T*>(values.data()), shape, type);
+}
+
+// The batch's columns that losses read.
+struct Targets {
+  Tensor action, action_mean;                               // [N, A]
+  Tensor log_probability, advantage, value_target, weight;  // [N]
+};
+
+class Networks final : public PpoNetworks {
+ public:
+  Networks(const v1::PolicyGraph& graph, const Options& options)
+      : graph_(graph),
+        options_(options),
+        device_(DeviceOf(options.device)),
+        parameters_(graph, AllParameters(graph), device_) {}
+
+  // Throws c10::Error.
+  absl::Status Initialise();
+
+  absl::Status Reserve(int64_t rows) override {
+    return CatchTorch("reserving a batch", [&] {
+      for (auto& network : networks_) network->Reserve(rows);
+      return absl::OkStatus();
+    });
+  }
+
+  absl::Status LoadObservations(int64_t first_row,
+                                absl::Span<const float> observations) override {
+    if (observations.empty()) return absl::OkStatus();
+    return CatchTorch("loading observations", [&] {
+      const int64_t rows =
+          static_cast<int64_t>(observations.size()) / observation_width_;
+      const Tensor inputs =
+          HostView(observations, {rows, observation_width_}, at::kFloat)
+              .to(device_);
+      for (auto& network : networks_) network->Load(first_row, inputs);
+      return absl::OkStatus();
+    });
+  }
+
+  absl::Status Values(int64_t first_row, absl::Span<float> values) override {
+    return CatchTorch("computing values", [&] {
+      const int64_t rows = static_cast<int64_t>(values.size());
+      const Tensor result = Of(NetworkId::kValue).Forward(first_row, rows);
+      at::from_blob(values.data(), {rows, 1}, at::kFloat).copy_(result);
+      return absl::OkStatus();
+    });
+  }
+
+  absl::Status SetTargets(const Batch& batch) override {
+    return CatchTorch("loading a batch", [&] {
+      const int64_t rows = batch.rows();
+      const auto matrix = [&](absl::Span<const float> values) {
+        return HostView(values, {rows, action_width_}, at::kFloat).to(device_);
+      };
+      const auto column = [&](absl::Span<const float> values) {
+        return HostView(values, {rows}, at::kFloat).to(device_);
+      };
+      targets_ = {matrix(batch.action()),          matrix(batch.action_mean()),
+                  column(batch.log_probability()), column(batch.advantage()),
+                  column(batch.value_target()),    column(batch.weight())};
+      return absl::OkStatus();
+    });
+  }
+
+  absl::StatusOr<GradientFigures> Gradient(NetworkId network, int shard,
+                                           absl::Span<const int64_t> rows,
+                                           double scale) override {
+    GradientFigures figures;
+    SINEW_RETURN_IF_ERROR(CatchTorch("computing a gradient", [&] {
+      const at::AutoGradMode grad(true);
+      const Tensor index = Index(rows);
+      const Tensor loss = network == NetworkId::kPolicy
+                              ? PolicyLoss(shard, index, scale, figures)
+                              : ValueLoss(shard, index, scale);
+      figures.loss = loss.item<double>();
+      Of(network).Gradient(shard, loss);
+      return absl::OkStatus();
+    }));
+    return figures;
+  }
+
+  absl::StatusOr<GradientFigures> PolicyFigures(absl::Span<const int64_t> rows,
+                                                double scale) override {
+    GradientFigures figures;
+    SINEW_RETURN_IF_ERROR(CatchTorch("evaluating the policy", [&] {
+      const at::NoGradGuard no_grad;
+      figures.loss =
+          PolicyLoss(/*shard=*/0, Index(rows), scale, figures).item<double>();
+      return absl::OkStatus();
+    }));
+    return figures;
+  }
+
+  absl::StatusOr<double> SumGradients(NetworkId network) override {
+    double norm = 0;
+    SINEW_RETURN_IF_ERROR(CatchTorch("summing gradients", [&] {
+      norm = Of(network).SumGradients();
+      return absl::OkStatus();
+    }));
+    return norm;
+  }
+
+  absl::Status Step(NetworkId network, double learning_rate,
+                    double gradient_scale) override {
+    return CatchTorch("taking a step", [&] {
+      Of(network).Step(learning_rate, gradient_scale);
+      return absl::OkStatus();
+    });
+  }
+
+  NetworkFlops flops(NetworkId network) const override {
+    return {Of(network).forward_flops(), Of(network).backward_flops()};
+  }
+
+  absl::Status LoadWeights(const TensorMap& weights) override {
+    SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph_, weights));
+    return CatchTorch("loading weights", [&]() -> absl::Status {
+      SINEW_RETURN_IF_ERROR(parameters_.Load(weights, ""));
+      for (auto& network : networks_) {
+        SINEW_RETURN_IF_ERROR(network->weights().Load(weights, ""));
+      }
+      return absl::OkStatus();
+    });
+  }
+
+  TensorMap SaveWeights() const override {
+    TensorMap weights;
+    const absl::Status saved = CatchTorch("saving weights", [&] {
+      parameters_.Save("", weights);
+      for (auto& network : networks_) network->weights().Save("", weights);
+      return absl::OkStatus();
+    });
+    SINEW_CHECK(saved.ok()) << saved.ToString();
+    return weights;
+  }
+
+  absl::Status LoadOptimiser(NetworkId network, const TensorMap& tensors,
+                             int64_t steps) override {
+    return CatchTorch("loading an optimiser",
+                      [&] { return Of(network).LoadMoments(tensors, steps); });
+  }
+
+  void SaveOptimiser(NetworkId network, TensorMap& tensors) const override {
+    const absl::Status saved = CatchTorch("saving an optimiser", [&] {
+      Of(network).SaveMoments(tensors);
+      return absl::OkStatus();
+    });
+    SINEW_CHECK(saved.ok()) << saved.ToString();
+  }
+
+  int64_t optimiser_steps(NetworkId network) const override {
+    return Of(network).steps();
+  }
+
+ private:
+  TrainedNetwork& Of(NetworkId network) const {
+    return *networks_[static_cast<int>(network)];
+  }
+
+  Tensor Index(absl::Span<const int64_t> rows) const {
+    return HostView(rows, {static_cast<int64_t>(rows.size())}, at::kLong)
+        .to(device_);
+  }
+
+  absl::Status AddNetwork(const std::string& graph_name,
+                          const std::string& output,
+                          std::vector<int> extra_parameters);
+  absl::Status CheckNothingShared() const;
+  Tensor PolicyLoss(int shard, const Tensor& index, double scale,
+                    GradientFigures& figures) const;
+  Tensor ValueLoss(int shard, const Tensor& index, double scale) const;
+
+  const v1::PolicyGraph graph_;
+  const Options options_;
+  const at::Device device_;
+  int64_t observation_width_ = 0;
+  int64_t action_width_ = 0;
+  int std_number_ = -1;  // parameter with the Gaussian's standard deviation
+  // All parameters; of those that a network trains, the network has the truth.
+  ParameterBuffer parameters_;
+  std::vector<std::unique_ptr<TrainedNetwork>> networks_;
+  Targets targets_;
+};
+
+absl::Status Networks::Initialise() {
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* policy,
+                         policy::FindGraph(graph_, "policy"));
+  const v1::GaussianTap* gaussian = nullptr;
+  for (const v1::Tap& tap : policy->taps()) {
+    if (tap.executed() && tap.has_gaussian()) gaussian = &tap.gaussian();
+  }
+  if (gaussian == nullptr) {
+    return absl::InvalidArgumentError(
+        "graph policy: expected an executed tap with a Gaussian, found none");
+  }
+  std::vector<int> extra;
+  for (int i = 0; i < graph_.parameters_size(); ++i) {
+    const v1::Parameter& parameter = graph_.parameters(i);
+    if (parameter.name() != gaussian->std_parameter()) continue;
+    std_number_ = i;
+    action_width_ = parameter.shape(0);
+    if (!parameter.frozen()) extra.push_back(i);
+  }
+  for (const v1::GraphInput& input : policy->inputs()) {
+    if (input.name() == kObservation) observation_width_ = input.width();
+  }
+  SINEW_RETURN_IF_ERROR(AddNetwork("policy", gaussian->mean(), extra));
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* critic,
+                         policy::FindGraph(graph_, "critic"));
+  std::string value = "value";
+  for (const v1::Tap& tap : critic->taps()) {
+    if (tap.name() == value) value = tap.value();
+  }
+  SINEW_RETURN_IF_ERROR(AddNetwork("critic", value, {}));
+  return CheckNothingShared();
+}
+
+absl::Status Networks::AddNetwork(const std::string& graph_name,
+                                  const std::string& output,
+                                  std::vector<int> extra_parameters) {
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<TrainedNetwork> network,
+      TrainedNetwork::Create(
+          graph_,
+          {.graph_name = graph_name,
+           .input = kObservation,
+           .output = output,
+           .extra_parameters = std::move(extra_parameters),
+           .precision =
+               options_.bfloat16 ? Precision::kBfloat16 : Precision::kFloat32,
+           .shards = options_.shards},
+          parameters_.Views(), device_));
+  networks_.push_back(std::move(network));
+  return absl::OkStatus();
+}
+
+absl::Status Networks::CheckNothingShared() const {
+  const std::vector<int>& policy =
+      Of(NetworkId::kPolicy).weights().parameters();
+  for (const int number : Of(NetworkId::kValue).weights().parameters()) {
+    if (std::find(policy.begin(), policy.end(), number) == policy.end()) {
+      continue;
+    }
+    return absl::InvalidArgumentError(absl::StrCat(
+        "parameter ", graph_.parameters(number).name(),
+        ": expected policy and critic to train parameters of their own, found "
+        "it in both"));
+  }
+  return absl::OkStatus();
+}
+
+Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
+                            GradientFigures& figures) const {
+  TrainedNetwork& network = Of(NetworkId::kPolicy);
+  const Tensor mean = network.Forward(shard, index);
+  const Tensor& std = network.Parameters(shard)[std_number_];
+  const Tensor advantage = targets_.advantage.index_select(0, index);
+  const Tensor weight = targets_.weight.index_select(0, index);
+
+  const Tensor z = (targets_.action.index_select(0, index) - mean) / std;
+  const Tensor log_std = std.log().sum();
+  const double log_two_pi = std::log(2 * std::numbers::pi);
+  const Tensor log_probability =
+      -0.5 * z.square().sum(1) - log_std - 0.5 * log_two_pi * action_width_;
+  const Tensor ratio =
+      at::clamp(
+          log_probability - targets_.log_probability.index_select(0, index),
+          -kLargestLogRatio, kLargestLogRatio)
+          .exp();
+  const Tensor clipped =
+      at::clamp(ratio, 1 - options_.ratio_clip, 1 + options_.ratio_clip);
+  const Tensor gain = at::minimum(ratio * advantage, clipped * advantage);
+  Tensor loss = (gain * weight).sum() * -scale;
+  const Tensor entropy = log_std + 0.5 * (log_two_pi + 1) * action_width_;
+  if (options_.entropy_weight != 0) {
+    loss = loss - entropy * weight.sum() * (options_.entropy_weight * scale);
+  }
+
+  const at::NoGradGuard no_grad;
+  const Tensor drift =
+      (mean - targets_.action_mean.index_select(0, index)) / std;
+  const Tensor outside = (ratio - 1).abs() > options_.ratio_clip;
+  const Tensor sums =
+      at::stack({(drift.square().sum(1) * weight).sum() * 0.5,
+                 (outside * weight).sum(), entropy * weight.sum()})
+          .to(at::kCPU);
+  figures.kl = sums[0].item<double>();
+  figures.clipped = sums[1].item<double>();
+  figures.entropy = sums[2].item<double>();
+  return loss;
+}
+
+Tensor Networks::ValueLoss(int shard, const Tensor& index, double scale) const {
+  const Tensor value = Of(NetworkId::kValue).Forward(shard, index).squeeze(1);
+  const Tensor error = value - targets_.value_target.index_select(0, index);
+  const Tensor weight = targets_.weight.index_select(0, index);
+  return (error.square() * weight).sum() * (0.5 * scale);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<PpoNetworks>> PpoNetworks::Create(
+    const v1::PolicyGraph& graph, const TensorMap& weights,
+    const Options& options) {
+  SINEW_RETURN_IF_ERROR(CheckDevice(options.device));
+  if (options.bfloat16) {
+    SINEW_RETURN_IF_ERROR(CheckBfloat16(DetectCpu(), options.device));
+  }
+  SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph, weights));
+  std::unique_ptr<Networks> networks;
+  SINEW_RETURN_IF_ERROR(CatchTorch("creating networks", [&]() -> absl::Status {
+    networks = std::make_unique<Networks>(graph, options);
+    return networks->Initialise();
+  }));
+  SINEW_RETURN_IF_ERROR(networks->LoadWeights(weights));
+  return networks;
+}
+
+}  // namespace sinew::learner

@@ -1,0 +1,25 @@
+#ifndef SINEW_SIM_CHARACTER_CHARACTER_PATH_H_
+#define SINEW_SIM_CHARACTER_CHARACTER_PATH_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace sinew::character {
+
+// The path of a character.textproto. A name with a slash or an existing file
+// is taken as a path; any other is looked for as NAME/character.textproto in,
+// in this order: the folders of $SINEW_CHARACTERS (colon-separated), the
+// binary's runfiles, the tests' runfiles, the source tree the binary was built
+// in (found above the working directory). NOT_FOUND lists where was looked.
+absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path);
+
+// The MJCF that a character names: a path relative to its text proto, or
+// "@REPOSITORY//PATH" for a file that the build fetches, looked for in the
+// runfiles. NOT_FOUND lists where was looked.
+absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
+                                          const std::string& model_file);
+
+}  // namespace sinew::character
+
+#endif  // SINEW_SIM_CHARACTER_CHARACTER_PATH_H_
