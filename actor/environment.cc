@@ -1,5 +1,6 @@
 #include "actor/environment.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -64,13 +65,12 @@ absl::Status CheckEpisode(const v1::EnvironmentState& state, int index,
 
 absl::Status LoadState(const v1::EnvironmentState& state, int index,
                        const world::TrackingTask& task,
-                       Environment* environment) {
+                       Environment* environment, absl::Span<double> physics) {
   if (state.episode() < 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("order.states[", index, "].episode: expected >= 0, found ",
                      state.episode()));
   }
-  environment->physics.resize(task.state_size());
   environment->previous_target.resize(task.action_width());
   environment->episode = {};
   environment->episode.episode = state.episode();
@@ -81,7 +81,7 @@ absl::Status LoadState(const v1::EnvironmentState& state, int index,
   SINEW_RETURN_IF_ERROR(CheckNumbers(
       index, "previous_target", state.previous_target(), task.action_width()));
   SINEW_RETURN_IF_ERROR(CheckEpisode(state, index, task));
-  environment->physics.assign(state.physics().begin(), state.physics().end());
+  std::copy(state.physics().begin(), state.physics().end(), physics.begin());
   environment->previous_target.assign(state.previous_target().begin(),
                                       state.previous_target().end());
   environment->episode.step = state.step();
@@ -92,12 +92,12 @@ absl::Status LoadState(const v1::EnvironmentState& state, int index,
   return absl::OkStatus();
 }
 
-void SaveState(const Environment& environment, v1::EnvironmentState* state) {
+void SaveState(const Environment& environment, absl::Span<const double> physics,
+               v1::EnvironmentState* state) {
   state->Clear();
   state->set_episode(environment.episode.episode);
   if (environment.fresh) return;
-  state->mutable_physics()->Add(environment.physics.begin(),
-                                environment.physics.end());
+  state->mutable_physics()->Add(physics.begin(), physics.end());
   state->mutable_previous_target()->Add(environment.previous_target.begin(),
                                         environment.previous_target.end());
   state->set_step(environment.episode.step);

@@ -5,30 +5,31 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/types/span.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
 
 // One environment between two control steps: all that its next step depends
-// on, in the form in which a rollout works on it.
+// on, but for its physics row, which lies in the worker's batch.
 struct Environment {
   int32_t index = 0;  // in the run; keys the random streams
   bool fresh = true;  // no physics: the episode begins at the next step
   world::Episode episode;
-  std::vector<double> physics;          // [state_size] mjSTATE_INTEGRATION
   std::vector<double> previous_target;  // [J] rad
 };
 
-// Checks that `state` fits `task` (sizes, finiteness, ranges) and loads it.
-// INVALID_ARGUMENT names "order.states[index]" and the field. Allocates only if
-// `environment` was never used with the task.
+// Checks that `state` fits `task` (sizes, finiteness, ranges) and loads it;
+// `physics` [state_size] is written unless the environment is fresh.
+// INVALID_ARGUMENT names "order.states[index]" and the field.
 absl::Status LoadState(const v1::EnvironmentState& state, int index,
                        const world::TrackingTask& task,
-                       Environment* environment);
+                       Environment* environment, absl::Span<double> physics);
 
 // The inverse of LoadState.
-void SaveState(const Environment& environment, v1::EnvironmentState* state);
+void SaveState(const Environment& environment, absl::Span<const double> physics,
+               v1::EnvironmentState* state);
 
 // Ends the current episode: the next one begins afresh.
 void BeginNextEpisode(Environment* environment);

@@ -47,15 +47,16 @@ class EvaluationRollout {
     Environment& environment = state_.environments[start];
     environment.index = start;
     environment.fresh = false;
-    environment.physics.resize(task_.state_size());
     environment.previous_target.resize(task_.action_width());
     environment.episode = {.episode = 0,
                            .step = 0,
                            .clip = from.clip(),
                            .start_frame = from.start_frame()};
-    task_.Reset(environment.episode, /*noise=*/nullptr, state_.data.get(),
-                absl::MakeSpan(environment.previous_target), state_.work.get());
-    state_.StorePhysics(&environment);
+    state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
+      task_.Reset(environment.episode, /*noise=*/nullptr, data,
+                  absl::MakeSpan(environment.previous_target),
+                  state_.work.get());
+    });
     errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
                          task_.recipe().physics().control_hz());
     failed_at_.push_back(-1);
@@ -63,34 +64,46 @@ class EvaluationRollout {
   }
 
   void Observe(size_t row) {
-    const Environment& environment = state_.environments[live_[row]];
-    state_.LoadPhysics(environment);
-    task_.Refresh(state_.data.get());
-    task_.Observe(
-        state_.data.get(), environment.episode, environment.previous_target,
-        state_.policy.observation(static_cast<int>(row)), state_.work.get());
+    const int start = live_[row];
+    const Environment& environment = state_.environments[start];
+    state_.batch.Apply(start, /*save=*/false, [&](mjData* data) {
+      task_.Refresh(data);
+      task_.Observe(data, environment.episode, environment.previous_target,
+                    state_.policy.observation(static_cast<int>(row)),
+                    state_.work.get());
+    });
   }
 
   absl::Status Step(size_t row, bool* alive) {
     const int start = live_[row];
-    Environment& environment = state_.environments[start];
-    mjData* data = state_.data.get();
     SINEW_RETURN_IF_ERROR(CheckPolicyOutput(
         state_.policy, static_cast<int>(row), 0.0, snapshot_));
-    state_.LoadPhysics(environment);
-    task_.Target(data, environment.episode,
+    Environment& environment = state_.environments[start];
+    const int frame = environment.episode.step + 1;
+    world::StepResult result;
+    const bool ok = state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
+      result = StepPhysics(row, data, &environment);
+      if (!result.diverged && state_.observer) {
+        state_.observer(start, frame, *data);
+      }
+    });
+    if (!ok) result = world::DivergedStep();
+    *alive = Measure(start, result, frame);
+    return absl::OkStatus();
+  }
+
+  world::StepResult StepPhysics(size_t row, mjData* data,
+                                Environment* environment) {
+    task_.Target(data, environment->episode,
                  state_.policy.action(static_cast<int>(row)),
                  absl::MakeSpan(state_.target), state_.work.get());
     clock_.Lap(&stages_.observe);
     const world::ActuationResult physics = task_.Simulate(
-        data, state_.target, absl::MakeSpan(environment.previous_target));
+        data, state_.target, absl::MakeSpan(environment->previous_target));
     clock_.Lap(&stages_.simulate);
     physics_steps_ += task_.substeps();
-    const world::StepResult result =
-        task_.Finish(data, physics, &environment.episode, state_.work.get());
-    *alive = Measure(start, result, environment.episode.step);
-    if (*alive) state_.StorePhysics(&environment);
-    return absl::OkStatus();
+    return task_.Finish(data, physics, &environment->episode,
+                        state_.work.get());
   }
 
   // Adds the frame that was reached; false if the start has ended there.
@@ -102,7 +115,6 @@ class EvaluationRollout {
     }
     const double distance = errors_[start].Add(state_.work->body.position,
                                                state_.work->reference.position);
-    if (state_.observer) state_.observer(start, frame, *state_.data);
     if (!(distance <= max_distance_)) {
       failed_at_[start] = frame;
       return false;

@@ -12,15 +12,14 @@ namespace {
 
 class Worker final : public RolloutWorker {
  public:
-  Worker(std::shared_ptr<const RolloutAssets> assets, int max_environments)
-      : state_(std::move(assets), max_environments) {}
+  Worker(std::shared_ptr<const RolloutAssets> assets, PhysicsBatch batch)
+      : state_(std::move(assets), std::move(batch)) {}
 
   absl::StatusOr<v1::Segment> Run(const v1::Order& order,
                                   const PreparedSnapshot& snapshot,
                                   const std::atomic<bool>* cancel) override {
     SINEW_RETURN_IF_ERROR(
-        CheckOrder(order, snapshot, *state_.assets,
-                   static_cast<int>(state_.environments.size())));
+        CheckOrder(order, snapshot, *state_.assets, state_.batch.size()));
     SINEW_RETURN_IF_ERROR(state_.policy.SetSnapshot(snapshot));
     v1::Segment segment;
     segment.set_run_id(order.run_id());
@@ -53,7 +52,11 @@ absl::StatusOr<std::unique_ptr<RolloutWorker>> RolloutWorker::Create(
         "rollout worker: expected at least one environment, found ",
         max_environments));
   }
-  return std::make_unique<Worker>(std::move(assets), max_environments);
+  SINEW_ASSIGN_OR_RETURN(
+      PhysicsBatch batch,
+      PhysicsBatch::Create(assets->task().character().model(),
+                           max_environments));
+  return std::make_unique<Worker>(std::move(assets), std::move(batch));
 }
 
 }  // namespace sinew::actor

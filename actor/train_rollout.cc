@@ -41,22 +41,22 @@ class TrainRollout {
     for (int e = 0; e < size_; ++e) {
       Environment& environment = state_.environments[e];
       environment.index = order_.first_environment() + e;
-      SINEW_RETURN_IF_ERROR(
-          LoadState(order_.states(e), e, task_, &environment));
+      SINEW_RETURN_IF_ERROR(LoadState(order_.states(e), e, task_, &environment,
+                                      state_.batch.row(e)));
       if (environment.fresh) continue;
-      state_.LoadPhysics(environment);
-      task_.Refresh(state_.data.get());
-      Observe(e);
+      state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
+        task_.Refresh(data);
+        Observe(e, data);
+      });
     }
     return absl::OkStatus();
   }
 
   // Of the state that is in data, into the policy's input.
-  void Observe(int e) {
+  void Observe(int e, mjData* data) {
     const Environment& environment = state_.environments[e];
-    task_.Observe(state_.data.get(), environment.episode,
-                  environment.previous_target, state_.policy.observation(e),
-                  state_.work.get());
+    task_.Observe(data, environment.episode, environment.previous_target,
+                  state_.policy.observation(e), state_.work.get());
   }
 
   RandomKey Key(const Environment& environment, RandomPurpose purpose) const {
@@ -70,51 +70,72 @@ class TrainRollout {
   // Begins the episode of a fresh environment; draws the step's noise.
   void Prepare(int e) {
     Environment& environment = state_.environments[e];
-    if (environment.fresh) {
-      world::Episode& episode = environment.episode;
-      const world::StartFrame start = snapshot_.starts().Draw(
-          order_.seed(), static_cast<uint64_t>(environment.index),
-          static_cast<uint64_t>(episode.episode));
-      episode.clip = start.clip;
-      episode.start_frame = start.frame;
-      const RandomKey noise = Key(environment, RandomPurpose::kStartNoise);
-      task_.Reset(episode, &noise, state_.data.get(),
-                  absl::MakeSpan(environment.previous_target),
-                  state_.work.get());
-      state_.StorePhysics(&environment);
-      environment.fresh = false;
-      Observe(e);
-    }
+    if (environment.fresh) Begin(e, &environment);
     state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
   }
 
+  void Begin(int e, Environment* environment) {
+    world::Episode& episode = environment->episode;
+    const world::StartFrame start = snapshot_.starts().Draw(
+        order_.seed(), static_cast<uint64_t>(environment->index),
+        static_cast<uint64_t>(episode.episode));
+    episode.clip = start.clip;
+    episode.start_frame = start.frame;
+    environment->fresh = false;
+    const RandomKey noise = Key(*environment, RandomPurpose::kStartNoise);
+    state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
+      task_.Reset(episode, &noise, data,
+                  absl::MakeSpan(environment->previous_target),
+                  state_.work.get());
+      Observe(e, data);
+    });
+  }
+
   absl::Status StepEnvironment(int step, int e) {
-    Environment& environment = state_.environments[e];
-    mjData* data = state_.data.get();
     const double log_probability = state_.policy.LogProbability(e);
     SINEW_RETURN_IF_ERROR(
         CheckPolicyOutput(state_.policy, e, log_probability, snapshot_));
-    state_.LoadPhysics(environment);
+    Environment& environment = state_.environments[e];
+    const world::Episode before = environment.episode;
+    world::StepResult result;
+    const auto write = [&] {
+      writer_.WriteStep(step, e,
+                        {.observation = state_.policy.observation(e),
+                         .action = state_.policy.action(e),
+                         .action_mean = state_.policy.mean(e),
+                         .target = state_.target,
+                         .log_probability = log_probability,
+                         .clip = before.clip,
+                         .frame = ClipRow(before),
+                         .result = &result});
+    };
+    const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
+      result = StepPhysics(e, data);
+      write();
+      // The observation of s_t is written: its place takes that of s_{t+1},
+      // where somebody will read it.
+      const bool last = step + 1 == order_.horizon();
+      if (!result.diverged && (!result.terminated || last)) Observe(e, data);
+    });
+    if (!ok) {
+      environment.episode = before;
+      ++environment.episode.step;
+      result = world::DivergedStep();
+      write();
+    }
+    AfterStep(step, e, result);
+    return absl::OkStatus();
+  }
+
+  world::StepResult StepPhysics(int e, mjData* data) {
+    Environment& environment = state_.environments[e];
     task_.Target(data, environment.episode, state_.policy.action(e),
                  absl::MakeSpan(state_.target), state_.work.get());
-    const world::Episode before = environment.episode;
     clock_.Lap(&stages_.observe);
     const world::ActuationResult physics = task_.Simulate(
         data, state_.target, absl::MakeSpan(environment.previous_target));
     clock_.Lap(&stages_.simulate);
-    const world::StepResult result =
-        task_.Finish(data, physics, &environment.episode, state_.work.get());
-    writer_.WriteStep(step, e,
-                      {.observation = state_.policy.observation(e),
-                       .action = state_.policy.action(e),
-                       .action_mean = state_.policy.mean(e),
-                       .target = state_.target,
-                       .log_probability = log_probability,
-                       .clip = before.clip,
-                       .frame = ClipRow(before),
-                       .result = &result});
-    AfterStep(step, e, result);
-    return absl::OkStatus();
+    return task_.Finish(data, physics, &environment.episode, state_.work.get());
   }
 
   // Row of the clip that is current at an episode's state.
@@ -124,24 +145,16 @@ class TrainRollout {
         frame % task_.library().clip(episode.clip).num_frames());
   }
 
-  // Observes the new state where somebody will read it; ends the episode.
   void AfterStep(int step, int e, const world::StepResult& result) {
-    Environment& environment = state_.environments[e];
-    const bool ended = result.terminated || result.truncated;
-    const bool last = step + 1 == order_.horizon();
     const absl::Span<float> observation = state_.policy.observation(e);
     if (result.diverged) {
       ++diverged_;
       std::fill(observation.begin(), observation.end(), 0.F);
-    } else if (!result.terminated || last) {
-      Observe(e);
     }
     if (result.truncated) writer_.WriteTruncation(step, e, observation);
-    if (last) writer_.WriteBoundary(e, observation);
-    if (ended) {
-      EndEpisode(result, &environment);
-    } else {
-      state_.StorePhysics(&environment);
+    if (step + 1 == order_.horizon()) writer_.WriteBoundary(e, observation);
+    if (result.terminated || result.truncated) {
+      EndEpisode(result, &state_.environments[e]);
     }
   }
 
@@ -168,7 +181,8 @@ class TrainRollout {
   void Finish() {
     writer_.Finish();
     for (int e = 0; e < size_; ++e) {
-      SaveState(state_.environments[e], segment_->add_end_states());
+      SaveState(state_.environments[e], state_.batch.row(e),
+                segment_->add_end_states());
     }
     segment_->set_diverged(diverged_);
     segment_->set_physics_steps(int64_t{order_.horizon()} * size_ *

@@ -18,25 +18,14 @@ bool AllFinite(absl::Span<const float> values) {
 }  // namespace
 
 WorkerState::WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
-                         int max_environments)
+                         PhysicsBatch physics_batch)
     : assets(std::move(shared_assets)),
       task(assets->task()),
-      model(task.character().model()),
-      data(mj_makeData(model)),
+      batch(std::move(physics_batch)),
       work(task.MakeWorkspace()),
-      policy(max_environments),
-      environments(max_environments),
+      policy(batch.size()),
+      environments(batch.size()),
       target(task.action_width(), 0.0) {}
-
-void WorkerState::LoadPhysics(const Environment& environment) {
-  mj_setState(model, data.get(), environment.physics.data(),
-              mjSTATE_INTEGRATION);
-}
-
-void WorkerState::StorePhysics(Environment* environment) {
-  mj_getState(model, data.get(), environment->physics.data(),
-              mjSTATE_INTEGRATION);
-}
 
 absl::Status CheckCancelled(const std::atomic<bool>* cancel,
                             const v1::Order& order) {

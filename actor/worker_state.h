@@ -8,34 +8,29 @@
 
 #include "absl/status/status.h"
 #include "actor/environment.h"
+#include "actor/physics_batch.h"
 #include "actor/policy_runner.h"
 #include "actor/prepared_snapshot.h"
 #include "actor/rollout.h"
 #include "actor/rollout_assets.h"
 #include "proto/sinew/v1/rollout.pb.h"
-#include "sim/character/character.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
 
 // What one worker thread keeps between orders: buffers, nothing that a result
-// depends on. One mjData serves all environments, whose physics rows are put
-// in before and taken out after each step.
+// depends on.
 struct WorkerState {
+  // `batch` has a row for each environment.
   WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
-              int max_environments);
-
-  // Physics row of an environment into data, and back.
-  void LoadPhysics(const Environment& environment);
-  void StorePhysics(Environment* environment);
+              PhysicsBatch physics_batch);
 
   const std::shared_ptr<const RolloutAssets> assets;
   const world::TrackingTask& task;
-  const mjModel* const model;
-  const character::DataPtr data;
+  PhysicsBatch batch;
   const std::unique_ptr<world::TrackingTask::Workspace> work;
   PolicyRunner policy;
-  std::vector<Environment> environments;  // [max_environments]
+  std::vector<Environment> environments;  // [batch.size()]
   std::vector<double> target;             // [J] of the step at hand
   RolloutWorker::FrameObserver observer;
 };

@@ -58,6 +58,7 @@ void FillTask(v1::Task& task) {
                 v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE);
   SINEW_DEFAULT(action, scale, 0.2);
   SINEW_DEFAULT(action, clip, 8);
+  SINEW_DEFAULT(action, range_margin, 1.5);
   FillReward(*task.mutable_reward());
   SINEW_DEFAULT(*task.mutable_termination(), max_body_distance, 0.25);
   v1::Start& start = *task.mutable_start();
@@ -180,6 +181,7 @@ void CheckTask(const v1::Task& task, Checker& check) {
                 action.placement());
   check.Positive(action.scale(), "task.action.scale");
   check.Positive(action.clip(), "task.action.clip");
+  check.NotNegative(action.range_margin(), "task.action.range_margin");
   const bool around_reference =
       action.placement() == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
   check.Require(around_reference || !action.velocity_feedforward(),

@@ -75,4 +75,18 @@ void WriteNormaliser(const Moments& moments, absl::Span<float> mean,
   }
 }
 
+void InheritMoments(absl::Span<const float> mean,
+                    absl::Span<const float> inverse_std, double count,
+                    Moments& out) {
+  const size_t width = out.mean.size();
+  SINEW_CHECK(mean.size() == width && inverse_std.size() == width)
+      << mean.size() << " and " << inverse_std.size() << " against " << width;
+  out.count = count;
+  for (size_t c = 0; c < width; ++c) {
+    const double spread = 1.0 / inverse_std[c];
+    out.mean[c] = mean[c];
+    out.squares[c] = count * std::max(0.0, spread * spread - kVarianceFloor);
+  }
+}
+
 }  // namespace sinew::learner

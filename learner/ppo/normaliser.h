@@ -42,6 +42,12 @@ void LimitCount(double max_count, Moments& moments);
 void WriteNormaliser(const Moments& moments, absl::Span<float> mean,
                      absl::Span<float> inverse_std);
 
+// The inverse: moments of `count` rows that WriteNormaliser would turn into
+// these numbers.
+void InheritMoments(absl::Span<const float> mean,
+                    absl::Span<const float> inverse_std, double count,
+                    Moments& out);
+
 // All pure functions: thread-safe, never blocking; widths are CHECKed.
 
 }  // namespace sinew::learner

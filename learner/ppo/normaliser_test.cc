@@ -138,6 +138,24 @@ TEST(Normaliser, WithoutRowsIsTheIdentity) {
   EXPECT_THAT(inverse_std, ::testing::Each(1.0f));
 }
 
+TEST(Normaliser, InheritedMomentsWriteTheSameNumbers) {
+  std::vector<float> mean(kWidth), inverse_std(kWidth);
+  WriteNormaliser(MomentsOf(MakeRows(500, 7)), absl::MakeSpan(mean),
+                  absl::MakeSpan(inverse_std));
+  Moments inherited(kWidth);
+
+  InheritMoments(mean, inverse_std, /*count=*/100, inherited);
+
+  std::vector<float> mean_again(kWidth), inverse_std_again(kWidth);
+  WriteNormaliser(inherited, absl::MakeSpan(mean_again),
+                  absl::MakeSpan(inverse_std_again));
+  EXPECT_EQ(inherited.count, 100);
+  EXPECT_EQ(mean_again, mean);
+  for (int64_t c = 0; c < kWidth; ++c) {
+    EXPECT_NEAR(inverse_std_again[c] / inverse_std[c], 1, 1e-6);
+  }
+}
+
 TEST(Normaliser, AConstantColumnBecomesZero) {
   const std::vector<float> rows(30, 7.25f);
   std::vector<float> mean(kWidth), inverse_std(kWidth);

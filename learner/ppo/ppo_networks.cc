@@ -1,6 +1,7 @@
 #include "learner/ppo/ppo_networks.h"
 
 #include <ATen/ATen.h>
+#include <c10/core/GradMode.h>
 
 #include <algorithm>
 #include <cmath>
@@ -113,7 +114,7 @@ class Networks final : public PpoNetworks {
                                            double scale) override {
     GradientFigures figures;
     SINEW_RETURN_IF_ERROR(CatchTorch("computing a gradient", [&] {
-      const at::AutoGradMode grad(true);
+      const c10::AutoGradMode grad(true);
       const Tensor index = Index(rows);
       const Tensor loss = network == NetworkId::kPolicy
                               ? PolicyLoss(shard, index, scale, figures)
@@ -129,7 +130,7 @@ class Networks final : public PpoNetworks {
                                                 double scale) override {
     GradientFigures figures;
     SINEW_RETURN_IF_ERROR(CatchTorch("evaluating the policy", [&] {
-      const at::NoGradGuard no_grad;
+      const c10::NoGradGuard no_grad;
       figures.loss =
           PolicyLoss(/*shard=*/0, Index(rows), scale, figures).item<double>();
       return absl::OkStatus();
@@ -322,7 +323,7 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
     loss = loss - entropy * weight.sum() * (options_.entropy_weight * scale);
   }
 
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   const Tensor drift =
       (mean - targets_.action_mean.index_select(0, index)) / std;
   const Tensor outside = (ratio - 1).abs() > options_.ratio_clip;

@@ -32,6 +32,16 @@ void RankPool::Run(int tasks, absl::FunctionRef<void(int)> task) {
   task_ = nullptr;
 }
 
+absl::Status RankPool::TryRun(int tasks,
+                              absl::FunctionRef<absl::Status(int)> task) {
+  std::vector<absl::Status> statuses(tasks);
+  Run(tasks, [&](int number) { statuses[number] = task(number); });
+  for (absl::Status& status : statuses) {
+    if (!status.ok()) return std::move(status);
+  }
+  return absl::OkStatus();
+}
+
 int RankPool::Next() { return next_ < tasks_ ? next_++ : -1; }
 
 void RankPool::Work(const std::stop_token& stop) {

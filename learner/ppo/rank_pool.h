@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
 #include "common/mutex.h"
 
 namespace sinew::learner {
@@ -20,8 +21,8 @@ namespace sinew::learner {
 //
 // Thread-safety: Run has one caller at a time; the destructor waits for no
 //   Run. Ownership: owns its threads, which end with it. Blocking: Run, until
-//   all tasks are done; ranks are parked between runs. Errors: none; a task
-//   must not throw.
+//   all tasks are done; ranks are parked between runs. Errors: those of
+//   tasks; a task must not throw.
 class RankPool {
  public:
   // Starts `ranks` >= 1 threads; each calls `on_start` first (may be empty).
@@ -34,6 +35,8 @@ class RankPool {
 
   // Calls task(0) ... task(tasks - 1), each once, on the ranks.
   void Run(int tasks, absl::FunctionRef<void(int)> task);
+  // The same for tasks that can fail; the first error by number of task.
+  absl::Status TryRun(int tasks, absl::FunctionRef<absl::Status(int)> task);
 
  private:
   void Work(const std::stop_token& stop);

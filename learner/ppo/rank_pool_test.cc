@@ -2,8 +2,10 @@
 
 #include <atomic>
 #include <latch>
+#include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -64,6 +66,18 @@ TEST(RankPool, EveryThreadCallsOnStartBeforeItsFirstTask) {
 
   EXPECT_EQ(starts, 2);
   EXPECT_THAT(seen, Each(1));
+}
+
+TEST(RankPool, ReturnsTheErrorOfTheFirstTaskThatFailed) {
+  RankPool pool(2, nullptr);
+
+  const absl::Status status = pool.TryRun(4, [](int task) {
+    return task < 2 ? absl::OkStatus()
+                    : absl::InternalError(std::to_string(task));
+  });
+
+  EXPECT_EQ(status, absl::InternalError("2"));
+  EXPECT_TRUE(pool.TryRun(4, [](int) { return absl::OkStatus(); }).ok());
 }
 
 TEST(RankPool, EndsWithoutEverHavingRun) { RankPool pool(2, nullptr); }

@@ -1,9 +1,10 @@
 #include "learner/ppo/segment_view.h"
 
-#include <string_view>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/segment/segment_layout.h"
 
 namespace sinew::learner {
@@ -12,7 +13,7 @@ namespace {
 // A column that CheckColumns has passed. Protobuf's strings are aligned for
 // any number.
 template <typename T>
-absl::Span<const T> Column(const v1::Segment& segment, std::string_view name) {
+absl::Span<const T> Column(const v1::Segment& segment, absl::string_view name) {
   const std::string& data = FindColumn(segment, name)->data();
   return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
 }

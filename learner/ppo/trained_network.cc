@@ -1,6 +1,7 @@
 #include "learner/ppo/trained_network.h"
 
 #include <ATen/ATen.h>
+#include <c10/core/GradMode.h>
 #include <torch/csrc/autograd/autograd.h>
 
 #include <algorithm>
@@ -64,7 +65,7 @@ void TrainedNetwork::Reserve(int64_t rows) {
   if (!frontier_.empty() && frontier_[0].size(0) == rows) return;
   frontier_.clear();
   // One row through the prefix tells the widths.
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   const at::Tensor row =
       at::zeros({1, module_->graph().inputs(prefix_.given[0]).width()},
                 weights_.flat().options());
@@ -74,7 +75,7 @@ void TrainedNetwork::Reserve(int64_t rows) {
 }
 
 void TrainedNetwork::Load(int64_t first_row, const at::Tensor& inputs) {
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   const auto values = module_->Run(prefix_, {inputs}, frozen_);
   for (size_t i = 0; i < values.size(); ++i) {
     frontier_[i].narrow(0, first_row, values[i].size(0)).copy_(values[i]);
@@ -82,7 +83,7 @@ void TrainedNetwork::Load(int64_t first_row, const at::Tensor& inputs) {
 }
 
 at::Tensor TrainedNetwork::Forward(int64_t first_row, int64_t rows) const {
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   std::vector<at::Tensor> given;
   for (const at::Tensor& value : frontier_) {
     given.push_back(value.narrow(0, first_row, rows));
@@ -101,14 +102,14 @@ at::Tensor TrainedNetwork::Forward(int shard, const at::Tensor& rows) const {
 void TrainedNetwork::Gradient(int shard, const at::Tensor& loss) {
   Shard& own = shards_[shard];
   const auto parts = torch::autograd::grad({loss}, own.leaves);
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   for (size_t i = 0; i < parts.size(); ++i) {
     own.gradient.View(i).copy_(parts[i]);
   }
 }
 
 double TrainedNetwork::SumGradients() {
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   const at::Tensor& sum = shards_[0].gradient.flat();
   for (size_t s = 1; s < shards_.size(); ++s) {
     sum.add_(shards_[s].gradient.flat());
@@ -117,7 +118,7 @@ double TrainedNetwork::SumGradients() {
 }
 
 void TrainedNetwork::Step(double learning_rate, double gradient_scale) {
-  const at::NoGradGuard no_grad;
+  const c10::NoGradGuard no_grad;
   ++steps_;
   const at::Tensor& gradient = shards_[0].gradient.flat();
   if (gradient_scale != 1.0) gradient.mul_(gradient_scale);

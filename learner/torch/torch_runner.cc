@@ -1,8 +1,8 @@
 #include "learner/torch/torch_runner.h"
 
 #include <ATen/ATen.h>
+#include <c10/core/GradMode.h>
 #include <torch/csrc/autograd/autograd.h>
-#include <torch/csrc/autograd/grad_mode.h>
 
 #include <numeric>
 #include <utility>
@@ -40,7 +40,7 @@ class Runner final : public TorchRunner {
     }
     Rows rows;
     SINEW_RETURN_IF_ERROR(CatchTorch("running a graph", [&]() -> absl::Status {
-      const at::NoGradGuard no_grad;
+      const c10::NoGradGuard no_grad;
       SINEW_ASSIGN_OR_RETURN(const GraphPlan plan,
                              module_->MakePlan(InputNames(), values));
       SINEW_ASSIGN_OR_RETURN(const std::vector<at::Tensor> given,

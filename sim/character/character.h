@@ -5,10 +5,11 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/model_ptr.h"
@@ -18,39 +19,47 @@ namespace sinew::character {
 // One actuated hinge, resolved against the compiled model.
 struct JointInfo {
   std::string name;
-  int joint_id;      // mjModel joint
-  int qpos_address;  // index into qpos
-  int dof_address;   // index into qvel
-  double stiffness;        // Nm/rad
-  double damping;          // Nm s/rad
-  double torque_limit;     // Nm
-  double lower, upper;     // rad; +-infinity if unlimited
-  double default_position; // rad
-  double action_scale;     // rad per unit; 0: the recipe's
+  int joint_id;             // mjModel joint
+  int qpos_address;         // index into qpos
+  int dof_address;          // index into qvel
+  double stiffness;         // Nm/rad
+  double damping;           // Nm s/rad
+  double torque_limit;      // Nm
+  double lower, upper;      // rad; +-infinity if unlimited
+  double default_position;  // rad
+  double action_scale;      // rad per unit; 0: the recipe's
 };
 
 // A compiled body with its text proto: model, joints in action order, tracked
 // bodies, feet. The model has a floor plane, the physics settings of the
 // recipe (rate, solver, contact filters), joint damping equal to the gains'
 // damping (integrated implicitly by the Euler integrator), no actuators of its
-// own: torques enter through qfrc_applied (sim/world/actuation.h).
+// own: torques enter through qfrc_applied (sim/world/actuation.h). Geoms that
+// are only seen are left out; CompileForPictures has them.
 //
 // Thread-safety: immutable after Load. Ownership: owns the model. Blocking:
-// Load reads files. Errors: INVALID_ARGUMENT naming file and field: MJCF that
-// does not compile (MuJoCo's message), unknown or missing joint, body, geom,
-// non-positive gains, several or no free joints.
+// Load reads files. Errors: NOT_FOUND listing where it looked;
+// INVALID_ARGUMENT naming file and field: MJCF that does not compile (MuJoCo's
+// message), unknown or missing joint, body, geom, non-positive gains, several
+// or no free joints.
 class Character {
  public:
   // By name ("humanoid", "g1": looked up in the character folders, see
-  // character_path.h) or path of a character.textproto.
+  // character_path.h) or path of a character.textproto. Unset physics fields
+  // mean the defaults of recipe.proto.
   static absl::StatusOr<std::unique_ptr<Character>> Load(
       const std::string& name_or_path, const v1::Physics& physics);
 
   // From assets: the text proto and a compiled model (MuJoCo binary format of
   // the same MuJoCo version).
   static absl::StatusOr<std::unique_ptr<Character>> FromAssets(
-      absl::string_view character_text, absl::string_view model_binary,
-      absl::string_view source);
+      std::string_view character_text, std::string_view model_binary,
+      std::string_view source);
+
+  // The same bodies, joints and qpos with everything that can be seen, and a
+  // scene around them (compile.h); for tools/render.
+  static absl::StatusOr<ModelPtr> CompileForPictures(
+      const std::string& name_or_path);
 
   const v1::Character& proto() const { return proto_; }
   const std::string& name() const { return proto_.name(); }
@@ -66,28 +75,24 @@ class Character {
   const std::vector<int>& terminating() const { return terminating_; }
   // Model body ids of the feet, and their sole geoms' ids.
   const std::vector<int>& foot_bodies() const { return foot_bodies_; }
-  const std::vector<std::vector<int>>& foot_geoms() const { return foot_geoms_; }
-  int head_body() const { return head_body_; }  // model body id
+  const std::vector<std::vector<int>>& foot_geoms() const {
+    return foot_geoms_;
+  }
+  int head_body() const { return head_body_; }  // model body id; -1: none
   int floor_geom() const { return floor_geom_; }
   double total_mass() const { return total_mass_; }  // kg
 
   // The compiled model as MuJoCo's binary image, and the text proto: assets.
   std::string model_binary() const;
   std::string character_text() const;
-  // SHA-256 over the MJCF as compiled without recipe settings and the text
-  // proto: names the body that a motion library was fitted to. Independent of
-  // the physics settings.
+  // SHA-256 over the text proto and what of the model a motion depends on
+  // (bodies, inertias, joints, geoms; model_digest.h): names the body that a
+  // motion library was fitted to. Independent of the physics settings.
   const std::string& digest() const { return digest_; }
 
  private:
   Character() = default;
-  // Fill the members below from the proto and the model.
-  absl::Status Resolve(absl::string_view source);
-  absl::Status ResolveJoints(absl::string_view source);
-  absl::Status ResolveFeet(absl::string_view source);
-  absl::Status ResolveTracked(absl::string_view source);
-  absl::StatusOr<int> BodyId(absl::string_view source, absl::string_view field,
-                             const std::string& name) const;
+  absl::Status Resolve(std::string_view source);
 
   v1::Character proto_;
   ModelPtr model_;

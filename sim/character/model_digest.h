@@ -5,15 +5,18 @@
 
 #include <string>
 
-#include "absl/strings/string_view.h"
+#include "proto/sinew/v1/character.pb.h"
 
 namespace sinew::character {
 
-// SHA-256 (hex) of what makes the body: names, tree, frames, inertias, joint
-// axes and ranges, geom shapes (the floor left out), and the text proto. The
-// same for every rate, solver setting and contact filter. Pure.
-std::string BodyDigest(const mjModel& model, int floor_geom,
-                       absl::string_view character_text);
+// SHA-256 (hex) over a character's text proto and what of its compiled model a
+// motion depends on: names, poses and inertias of bodies; types, anchors, axes,
+// ranges and armature of joints; shapes and poses of colliding geoms. Left out
+// is what physics settings change (options, damping, contact filters) and the
+// version of MuJoCo.
+//
+// Thread-safety: pure. Blocking: never. Errors: none.
+std::string ModelDigest(const v1::Character& character, const mjModel& model);
 
 }  // namespace sinew::character
 

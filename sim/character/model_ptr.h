@@ -7,7 +7,6 @@
 
 namespace sinew::character {
 
-// Owners of MuJoCo's structures.
 struct ModelDeleter {
   void operator()(mjModel* model) const { mj_deleteModel(model); }
 };

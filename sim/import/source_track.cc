@@ -23,10 +23,10 @@ struct CycleMotion {
 
   SourcePose Move(SourcePose pose, double period, bool forward) const {
     const Quaterniond turn = motion::YawRotation(forward ? yaw : -yaw);
-    const Vector3d moved = forward ? pose.root_position - origin
-                                   : pose.root_position - origin - shift;
+    const Vector3d before = forward ? Vector3d::Zero() : shift;
+    const Vector3d after = forward ? shift : Vector3d::Zero();
     pose.root_position =
-        origin + turn * moved + (forward ? shift : Vector3d::Zero());
+        origin + turn * (pose.root_position - origin - before) + after;
     pose.rotation[0] = turn * pose.rotation[0];
     pose.time += forward ? period : -period;
     return pose;

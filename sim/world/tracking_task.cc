@@ -220,12 +220,7 @@ StepResult TrackingTask::Step(mjData* data, absl::Span<const double> target,
 StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
                                 Episode* episode, Workspace* work) const {
   ++episode->step;
-  if (physics.diverged) {
-    StepResult result;
-    result.terminated = true;
-    result.diverged = true;
-    return result;
-  }
+  if (physics.diverged) return DivergedStep();
   Refresh(data);
   work->frame->Load(*library_, episode->clip,
                     int64_t{episode->start_frame} + episode->step);

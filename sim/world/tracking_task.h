@@ -54,6 +54,14 @@ struct StepResult {
   bool diverged = false;                 // physics became unusable
 };
 
+// The result of a step whose physics is unusable.
+inline StepResult DivergedStep() {
+  StepResult result;
+  result.terminated = true;
+  result.diverged = true;
+  return result;
+}
+
 // Motion tracking of a library by a character: observation, action law,
 // reward, termination and starts, as pure functions of an mjData that holds a
 // physics row, an Episode and the reference. Holds no state of its own.

@@ -1,0 +1,351 @@
+#include "learner/ppo/ppo_learner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "common/check.h"
+#include "common/config/recipe.h"
+#include "common/policy/builder.h"
+#include "common/segment/segment_layout.h"
+#include "common/status_macros.h"
+#include "learner/ppo/batch.h"
+#include "learner/ppo/normaliser.h"
+#include "learner/ppo/ppo_networks.h"
+#include "learner/ppo/ppo_update.h"
+#include "learner/ppo/rank_pool.h"
+#include "learner/torch/runtime.h"
+
+namespace sinew::learner {
+namespace {
+
+// Names of parameters (common/policy/builder.h) and of saved tensors.
+constexpr char kMean[] = "normaliser/mean";
+constexpr char kInverseStd[] = "normaliser/inverse_std";
+constexpr char kStd[] = "policy/std";
+constexpr char kSumsMean[] = "normaliser_sums/mean";
+constexpr char kSumsSquares[] = "normaliser_sums/squares";
+constexpr char kFactors[] = "factors";  // std, learning rate
+
+// Rows of one task of the value pass.
+constexpr int64_t kValueRows = 2048;
+
+// Rows that a normaliser taken over from another run counts for.
+constexpr double kInheritedRows = 131072;
+
+// The adaptive learning rate: step, and range relative to the recipe's.
+constexpr double kRateStep = 1.5;
+constexpr double kLeastRate = 0.1;
+constexpr double kLargestRate = 4.0;
+
+// A saved float64 tensor of that shape.
+absl::StatusOr<absl::Span<const double>> Doubles(
+    const TensorMap& tensors, const std::string& name,
+    const std::vector<int64_t>& shape) {
+  const auto found = tensors.find(name);
+  if (found == tensors.end() || found->second.dtype != v1::DATA_TYPE_FLOAT64 ||
+      found->second.shape != shape) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "training state: tensor ", name, ": expected float64 [",
+        absl::StrJoin(shape, ", "), "], found ",
+        found == tensors.end()
+            ? "none"
+            : absl::StrCat(v1::DataType_Name(found->second.dtype), " [",
+                           absl::StrJoin(found->second.shape, ", "), "]")));
+  }
+  return found->second.float64();
+}
+
+class Learner final : public PpoLearner {
+ public:
+  Learner(const v1::Recipe& recipe, const Options& options,
+          v1::PolicyGraph graph, std::unique_ptr<PpoNetworks> networks)
+      : recipe_(recipe),
+        graph_(std::move(graph)),
+        networks_(std::move(networks)),
+        pool_(options.ranks, UseOneThread),
+        batch_(
+            options.action_width,
+            MakeSegmentLayout(options.observation_width, options.action_width),
+            recipe.ppo().discount(), recipe.ppo().gae_lambda()),
+        moments_(options.observation_width) {}
+
+  absl::StatusOr<UpdateStatistics> Update(
+      absl::Span<const v1::Segment* const> segments,
+      int64_t iteration) override {
+    SINEW_RETURN_IF_ERROR(batch_.Reset(segments));
+    SINEW_RETURN_IF_ERROR(CheckSize());
+    SINEW_RETURN_IF_ERROR(LoadSegments());
+    SINEW_RETURN_IF_ERROR(ComputeValues());
+    pool_.Run(batch_.num_segments(),
+              [&](int segment) { batch_.ComputeReturns(segment); });
+    const BatchFigures batch = batch_.Finish();
+    SINEW_RETURN_IF_ERROR(networks_->SetTargets(batch_));
+    UpdateStatistics statistics = Describe(batch);
+    SINEW_ASSIGN_OR_RETURN(
+        const UpdateFigures figures,
+        RunEpochs(Settings(iteration), batch_, *networks_, pool_));
+    Add(figures, statistics);
+    for (const Moments& moments : segment_moments_) {
+      MergeMoments(moments, moments_);
+    }
+    AdaptRate(figures.kl);
+    SINEW_RETURN_IF_ERROR(ApplyNormaliser());
+    return statistics;
+  }
+
+  const v1::PolicyGraph& graph() const override { return graph_; }
+  TensorMap weights() const override { return networks_->SaveWeights(); }
+
+  TensorMap SaveTensors() const override {
+    TensorMap tensors = networks_->SaveWeights();
+    networks_->SaveOptimiser(NetworkId::kPolicy, tensors);
+    networks_->SaveOptimiser(NetworkId::kValue, tensors);
+    const int64_t width = static_cast<int64_t>(moments_.mean.size());
+    tensors[kSumsMean] = HostTensor::Float64({width}, moments_.mean);
+    tensors[kSumsSquares] = HostTensor::Float64({width}, moments_.squares);
+    tensors[kFactors] =
+        HostTensor::Float64({2}, {std_factor_, learning_rate_factor_});
+    return tensors;
+  }
+
+  void SaveCounters(v1::TrainingState& state) const override {
+    state.set_policy_optimiser_step(
+        networks_->optimiser_steps(NetworkId::kPolicy));
+    state.set_value_optimiser_step(
+        networks_->optimiser_steps(NetworkId::kValue));
+    state.set_learning_rate_factor(adaptive_factor_);
+    state.set_normaliser_count(moments_.count);
+  }
+
+  absl::Status Load(const TensorMap& tensors,
+                    const v1::TrainingState& state) override;
+  absl::Status InitFrom(const TensorMap& weights) override;
+
+  void SetFactors(double std_factor, double learning_rate_factor) override {
+    learning_rate_factor_ = learning_rate_factor;
+    if (std_factor == std_factor_) return;
+    std_factor_ = std_factor;
+    TensorMap weights = networks_->SaveWeights();
+    for (float& std : weights.at(kStd).mutable_float32()) {
+      std = static_cast<float>(recipe_.network().initial_std() * std_factor);
+    }
+    const absl::Status loaded = networks_->LoadWeights(weights);
+    SINEW_CHECK(loaded.ok()) << loaded.ToString();
+  }
+
+ private:
+  absl::Status CheckSize() const {
+    const int64_t rows = batch_.rows();
+    const int64_t minibatch = recipe_.ppo().minibatch();
+    if (rows > 0 && rows % minibatch == 0) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat(
+        "segments: expected a multiple of ppo.minibatch = ", minibatch,
+        " rows, found ", rows, " in ", batch_.num_segments(), " segments"));
+  }
+
+  // Columns, observations at the networks' frontier, moments.
+  absl::Status LoadSegments() {
+    SINEW_RETURN_IF_ERROR(
+        networks_->Reserve(batch_.rows() + batch_.bootstrap_rows()));
+    segment_moments_.resize(
+        batch_.num_segments(),
+        Moments(static_cast<int64_t>(moments_.mean.size())));
+    return pool_.TryRun(
+        batch_.num_segments(), [&](int segment) -> absl::Status {
+          batch_.CopyColumns(segment);
+          for (const Batch::Block& block : batch_.Blocks(segment)) {
+            SINEW_RETURN_IF_ERROR(networks_->LoadObservations(
+                block.first_row, block.observations));
+          }
+          const SegmentView& view = batch_.view(segment);
+          ComputeMoments(view.observation, view.valid,
+                         segment_moments_[segment]);
+          return absl::OkStatus();
+        });
+  }
+
+  absl::Status ComputeValues() {
+    const absl::Span<float> values = batch_.values();
+    const int64_t rows = static_cast<int64_t>(values.size());
+    const int tasks = static_cast<int>((rows + kValueRows - 1) / kValueRows);
+    return pool_.TryRun(tasks, [&](int task) {
+      // Equal parts, so that the last task is not a small one.
+      const int64_t begin = rows * task / tasks;
+      const int64_t end = rows * (task + 1) / tasks;
+      return networks_->Values(begin, values.subspan(begin, end - begin));
+    });
+  }
+
+  UpdateSettings Settings(int64_t iteration) const {
+    const v1::Ppo& ppo = recipe_.ppo();
+    return {.seed = recipe_.seed(),
+            .iteration = iteration,
+            .epochs = ppo.epochs(),
+            .minibatch = ppo.minibatch(),
+            .shards = ppo.shards(),
+            .kl_stop = ppo.kl_stop(),
+            .max_gradient_norm = ppo.max_gradient_norm(),
+            .learning_rate = {PolicyRate(), ValueRate()}};
+  }
+
+  double PolicyRate() const {
+    return recipe_.ppo().policy_learning_rate() * adaptive_factor_ *
+           learning_rate_factor_;
+  }
+  double ValueRate() const {
+    return recipe_.ppo().value_learning_rate() * learning_rate_factor_;
+  }
+
+  UpdateStatistics Describe(const BatchFigures& batch) const {
+    UpdateStatistics statistics;
+    statistics.samples = batch.valid_rows;
+    statistics.explained_variance = batch.explained_variance;
+    statistics.reward_mean = batch.reward_mean;
+    statistics.reward_terms = batch.reward_terms;
+    statistics.body_distance_mean_m = batch.body_distance_mean_m;
+    statistics.policy_learning_rate = PolicyRate();
+    statistics.value_learning_rate = ValueRate();
+    statistics.std_factor = std_factor_;
+    statistics.flops =
+        static_cast<double>(batch_.rows() + batch_.bootstrap_rows()) *
+        networks_->flops(NetworkId::kValue).forward;
+    return statistics;
+  }
+
+  static void Add(const UpdateFigures& figures, UpdateStatistics& statistics) {
+    statistics.epochs = figures.epochs;
+    statistics.policy_loss = figures.policy_loss;
+    statistics.value_loss = figures.value_loss;
+    statistics.entropy = figures.entropy;
+    statistics.kl = figures.kl;
+    statistics.clip_fraction = figures.clip_fraction;
+    statistics.policy_gradient_norm = figures.gradient_norm[0];
+    statistics.value_gradient_norm = figures.gradient_norm[1];
+    statistics.non_finite = figures.non_finite;
+    statistics.flops += figures.flops;
+  }
+
+  void AdaptRate(double kl) {
+    const double target = recipe_.ppo().kl_target();
+    if (target <= 0) return;
+    if (kl > 2 * target) adaptive_factor_ /= kRateStep;
+    if (kl < target / 2) adaptive_factor_ *= kRateStep;
+    adaptive_factor_ = std::clamp(adaptive_factor_, kLeastRate, kLargestRate);
+  }
+
+  absl::Status ApplyNormaliser() {
+    TensorMap weights = networks_->SaveWeights();
+    WriteNormaliser(moments_, weights.at(kMean).mutable_float32(),
+                    weights.at(kInverseStd).mutable_float32());
+    return networks_->LoadWeights(weights);
+  }
+
+  const v1::Recipe recipe_;  // defaults filled
+  const v1::PolicyGraph graph_;
+  const std::unique_ptr<PpoNetworks> networks_;
+  RankPool pool_;
+  Batch batch_;
+  Moments moments_;                       // of all valid rows so far
+  std::vector<Moments> segment_moments_;  // of this update
+  double adaptive_factor_ = 1;            // by KL
+  double std_factor_ = 1;                 // by annealing
+  double learning_rate_factor_ = 1;
+};
+
+absl::Status Learner::Load(const TensorMap& tensors,
+                           const v1::TrainingState& state) {
+  constexpr char kSource[] = "training state";
+  SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
+  const std::vector<int64_t> width = {
+      static_cast<int64_t>(moments_.mean.size())};
+  SINEW_ASSIGN_OR_RETURN(const auto mean, Doubles(tensors, kSumsMean, width));
+  SINEW_ASSIGN_OR_RETURN(const auto squares,
+                         Doubles(tensors, kSumsSquares, width));
+  SINEW_ASSIGN_OR_RETURN(const auto factors, Doubles(tensors, kFactors, {2}));
+  if (state.policy_optimiser_step() < 0 || state.value_optimiser_step() < 0 ||
+      !(state.normaliser_count() >= 0) || !(state.learning_rate_factor() > 0)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        kSource,
+        ": expected optimiser steps and normaliser_count >= 0 and "
+        "learning_rate_factor > 0, found ",
+        state.policy_optimiser_step(), ", ", state.value_optimiser_step(), ", ",
+        state.normaliser_count(), " and ", state.learning_rate_factor()));
+  }
+  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
+  SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(
+      NetworkId::kPolicy, tensors, state.policy_optimiser_step()));
+  SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(NetworkId::kValue, tensors,
+                                                 state.value_optimiser_step()));
+  moments_.count = state.normaliser_count();
+  moments_.mean.assign(mean.begin(), mean.end());
+  moments_.squares.assign(squares.begin(), squares.end());
+  std_factor_ = factors[0];
+  learning_rate_factor_ = factors[1];
+  adaptive_factor_ = state.learning_rate_factor();
+  return absl::OkStatus();
+}
+
+absl::Status Learner::InitFrom(const TensorMap& weights) {
+  TensorMap own = networks_->SaveWeights();
+  SINEW_RETURN_IF_ERROR(CheckFinite(weights, "initial weights"));
+  int taken = 0;
+  for (auto& [name, tensor] : own) {
+    const auto found = weights.find(name);
+    if (name == kStd || found == weights.end()) continue;
+    if (found->second.dtype != tensor.dtype ||
+        found->second.shape != tensor.shape) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("initial weights: tensor ", name, ": expected shape [",
+                       absl::StrJoin(tensor.shape, ", "), "], found [",
+                       absl::StrJoin(found->second.shape, ", "), "]"));
+    }
+    tensor = found->second;
+    ++taken;
+  }
+  if (taken == 0) {
+    return absl::InvalidArgumentError(
+        "initial weights: expected parameters of this recipe's networks, found "
+        "none of them");
+  }
+  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
+  if (weights.contains(kMean) && weights.contains(kInverseStd)) {
+    InheritMoments(own.at(kMean).float32(), own.at(kInverseStd).float32(),
+                   kInheritedRows, moments_);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
+    const v1::Recipe& recipe, const Options& options) {
+  if (options.ranks < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("ranks: expected >= 1, found ", options.ranks));
+  }
+  const v1::Recipe full = WithDefaults(recipe);
+  SINEW_RETURN_IF_ERROR(ValidateRecipe(full));
+  const policy::TrackingPolicyOptions network = {
+      .observation_width = options.observation_width,
+      .action_width = options.action_width,
+      .network = full.network()};
+  SINEW_ASSIGN_OR_RETURN(v1::PolicyGraph graph,
+                         policy::BuildTrackingPolicy(network));
+  SINEW_ASSIGN_OR_RETURN(const TensorMap weights,
+                         policy::InitialWeights(network, full.seed()));
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<PpoNetworks> networks,
+      PpoNetworks::Create(graph, weights,
+                          {.device = full.device(),
+                           .bfloat16 = full.ppo().bfloat16(),
+                           .shards = full.ppo().shards(),
+                           .ratio_clip = full.ppo().ratio_clip(),
+                           .entropy_weight = full.ppo().entropy_weight()}));
+  return std::make_unique<Learner>(full, options, std::move(graph),
+                                   std::move(networks));
+}
+
+}  // namespace sinew::learner

@@ -1,0 +1,186 @@
+#include "learner/ppo/ppo_update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "common/status_macros.h"
+#include "learner/ppo/minibatches.h"
+
+namespace sinew::learner {
+namespace {
+
+// Keeps a clipped norm a hair below its limit, and 0 / 0 away.
+constexpr double kNormFloor = 1e-6;
+
+// Sums of a minibatch over its shards.
+struct MinibatchFigures {
+  GradientFigures network[kNumNetworks];
+};
+
+class Epochs {
+ public:
+  Epochs(const UpdateSettings& settings, const Batch& batch,
+         PpoNetworks& networks, RankPool& pool)
+      : settings_(settings),
+        batch_(batch),
+        networks_(networks),
+        pool_(pool),
+        order_(batch.rows()) {}
+
+  absl::StatusOr<UpdateFigures> Run() {
+    for (int epoch = 0; epoch < settings_.epochs && !stopped_; ++epoch) {
+      Shuffle(epoch);
+      for (int64_t begin = 0; begin < batch_.rows() && !stopped_;
+           begin += settings_.minibatch) {
+        const bool measure = epoch > 0 && begin == 0;
+        SINEW_RETURN_IF_ERROR(Minibatch(begin, measure));
+      }
+      if (!stopped_) ++figures_.epochs;
+    }
+    if (!stopped_) SINEW_RETURN_IF_ERROR(MeasureKl());
+    return Means();
+  }
+
+ private:
+  void Shuffle(int epoch) {
+    ShuffleRows(settings_.seed, settings_.iteration, epoch, order_);
+  }
+
+  absl::Span<const int64_t> ShardRows(int64_t begin, int shard) const {
+    const int64_t size = settings_.minibatch / settings_.shards;
+    return {&order_[begin + shard * size], static_cast<size_t>(size)};
+  }
+
+  double ValidRows(int64_t begin) const {
+    double valid = 0;
+    for (int64_t i = begin; i < begin + settings_.minibatch; ++i) {
+      valid += batch_.weight()[order_[i]];
+    }
+    return valid;
+  }
+
+  absl::Status Minibatch(int64_t begin, bool measure) {
+    const double valid = ValidRows(begin);
+    if (valid == 0) return absl::OkStatus();
+    SINEW_ASSIGN_OR_RETURN(const MinibatchFigures sums,
+                           Gradients(begin, 1 / valid));
+    const GradientFigures& policy = sums.network[0];
+    const GradientFigures& value = sums.network[1];
+    if (measure && policy.kl / valid > settings_.kl_stop) {
+      stopped_ = true;
+      figures_.kl = policy.kl / valid;
+      return absl::OkStatus();
+    }
+    if (!std::isfinite(policy.loss) || !std::isfinite(value.loss)) {
+      ++figures_.non_finite;
+      return absl::OkStatus();
+    }
+    ++minibatches_;
+    figures_.policy_loss += policy.loss;
+    figures_.value_loss += value.loss;
+    figures_.entropy += policy.entropy / valid;
+    figures_.clip_fraction += policy.clipped / valid;
+    return Step();
+  }
+
+  absl::StatusOr<MinibatchFigures> Gradients(int64_t begin, double scale) {
+    const int shards = settings_.shards;
+    std::vector<GradientFigures> parts(kNumNetworks * shards);
+    SINEW_RETURN_IF_ERROR(
+        pool_.TryRun(kNumNetworks * shards, [&](int task) -> absl::Status {
+          const auto network = static_cast<NetworkId>(task / shards);
+          const int shard = task % shards;
+          SINEW_ASSIGN_OR_RETURN(
+              parts[task], networks_.Gradient(network, shard,
+                                              ShardRows(begin, shard), scale));
+          return absl::OkStatus();
+        }));
+    MinibatchFigures sums;
+    for (int task = 0; task < kNumNetworks * shards; ++task) {
+      GradientFigures& sum = sums.network[task / shards];
+      sum.loss += parts[task].loss;
+      sum.kl += parts[task].kl;
+      sum.clipped += parts[task].clipped;
+      sum.entropy += parts[task].entropy;
+    }
+    for (int network = 0; network < kNumNetworks; ++network) {
+      const NetworkFlops flops =
+          networks_.flops(static_cast<NetworkId>(network));
+      figures_.flops += static_cast<double>(settings_.minibatch) *
+                        (flops.forward + flops.backward);
+    }
+    return sums;
+  }
+
+  absl::Status Step() {
+    double norms[kNumNetworks] = {0, 0};
+    SINEW_RETURN_IF_ERROR(
+        pool_.TryRun(kNumNetworks, [&](int task) -> absl::Status {
+          const auto network = static_cast<NetworkId>(task);
+          SINEW_ASSIGN_OR_RETURN(norms[task], networks_.SumGradients(network));
+          if (!std::isfinite(norms[task])) return absl::OkStatus();
+          const double scale = std::min(
+              1.0, settings_.max_gradient_norm / (norms[task] + kNormFloor));
+          return networks_.Step(network, settings_.learning_rate[task], scale);
+        }));
+    if (!std::isfinite(norms[0]) || !std::isfinite(norms[1])) {
+      ++figures_.non_finite;
+      return absl::OkStatus();
+    }
+    ++steps_;
+    for (int i = 0; i < kNumNetworks; ++i)
+      figures_.gradient_norm[i] += norms[i];
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureKl() {
+    Shuffle(settings_.epochs);
+    const double valid = ValidRows(0);
+    if (valid == 0) return absl::OkStatus();
+    std::vector<double> parts(settings_.shards);
+    SINEW_RETURN_IF_ERROR(
+        pool_.TryRun(settings_.shards, [&](int shard) -> absl::Status {
+          SINEW_ASSIGN_OR_RETURN(
+              const GradientFigures figures,
+              networks_.PolicyFigures(ShardRows(0, shard), 1 / valid));
+          parts[shard] = figures.kl;
+          return absl::OkStatus();
+        }));
+    for (const double part : parts) figures_.kl += part / valid;
+    figures_.flops += static_cast<double>(settings_.minibatch) *
+                      networks_.flops(NetworkId::kPolicy).forward;
+    return absl::OkStatus();
+  }
+
+  UpdateFigures Means() {
+    const double minibatches = std::max(1, minibatches_);
+    figures_.policy_loss /= minibatches;
+    figures_.value_loss /= minibatches;
+    figures_.entropy /= minibatches;
+    figures_.clip_fraction /= minibatches;
+    for (double& norm : figures_.gradient_norm) norm /= std::max(1, steps_);
+    return figures_;
+  }
+
+  const UpdateSettings& settings_;
+  const Batch& batch_;
+  PpoNetworks& networks_;
+  RankPool& pool_;
+  std::vector<int64_t> order_;  // rows as the epoch takes them
+  UpdateFigures figures_;
+  int minibatches_ = 0;  // with finite losses
+  int steps_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+absl::StatusOr<UpdateFigures> RunEpochs(const UpdateSettings& settings,
+                                        const Batch& batch,
+                                        PpoNetworks& networks, RankPool& pool) {
+  return Epochs(settings, batch, networks, pool).Run();
+}
+
+}  // namespace sinew::learner

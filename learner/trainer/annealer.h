@@ -1,0 +1,40 @@
+#ifndef SINEW_LEARNER_TRAINER_ANNEALER_H_
+#define SINEW_LEARNER_TRAINER_ANNEALER_H_
+
+#include <cstdint>
+
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/training_state.pb.h"
+
+namespace sinew::learner {
+
+// Lowers noise and learning rates once evaluations say so. From the start on,
+// x = min(1, samples since / anneal.samples) and each factor is final^x
+// (geometric). It never stops once started.
+//
+// Thread-safety: one caller. Ownership: a value. Blocking: never. Errors: none.
+class Annealer {
+ public:
+  explicit Annealer(const v1::Anneal& recipe) : recipe_(recipe) {}
+
+  // Tells it an evaluation that took effect after `samples` samples: share of
+  // starts that succeeded and share of frames survived.
+  void Observe(double success_share, double survived_share, int64_t samples);
+
+  // Factors on the action's standard deviation and on learning rates.
+  double StdFactor(int64_t samples) const;
+  double LearningRateFactor(int64_t samples) const;
+
+  const v1::AnnealState& state() const { return state_; }
+  void Restore(const v1::AnnealState& state) { state_ = state; }
+
+ private:
+  double Progress(int64_t samples) const;
+
+  v1::Anneal recipe_;
+  v1::AnnealState state_;
+};
+
+}  // namespace sinew::learner
+
+#endif  // SINEW_LEARNER_TRAINER_ANNEALER_H_

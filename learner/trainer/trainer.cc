@@ -1,0 +1,287 @@
+#include "learner/trainer/trainer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/evaluation/evaluation_starts.h"
+#include "common/status_macros.h"
+#include "learner/trainer/policy_snapshot.h"
+
+namespace sinew::learner {
+namespace {
+
+constexpr int kFormatVersion = 1;
+// Snapshot k for the next iteration and k - 1 for open orders.
+constexpr size_t kMaxSnapshots = 2;
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+std::vector<int64_t> Ids(const std::vector<v1::Order>& orders) {
+  std::vector<int64_t> ids;
+  for (const v1::Order& order : orders) ids.push_back(order.order_id());
+  return ids;
+}
+
+double CoreSeconds(const v1::StageSeconds& seconds) {
+  return seconds.simulate() + seconds.infer() + seconds.observe() +
+         seconds.encode();
+}
+
+// Sums what the segments say into the report.
+void Summarise(const std::vector<v1::Segment>& segments,
+               IterationReport& report) {
+  v1::StageSeconds& total = report.rollout_seconds;
+  double steps = 0;
+  for (const v1::Segment& segment : segments) {
+    report.diverged += segment.diverged();
+    report.physics_steps += segment.physics_steps();
+    const v1::StageSeconds& seconds = segment.seconds();
+    total.set_simulate(total.simulate() + seconds.simulate());
+    total.set_infer(total.infer() + seconds.infer());
+    total.set_observe(total.observe() + seconds.observe());
+    total.set_encode(total.encode() + seconds.encode());
+    for (const v1::EpisodeEnd& episode : segment.episodes()) {
+      ++report.episodes;
+      steps += episode.steps();
+      report.failed_episodes +=
+          episode.reason() == v1::EpisodeEnd::REASON_TERMINATED;
+    }
+  }
+  if (report.episodes > 0) {
+    report.mean_episode_steps = steps / static_cast<double>(report.episodes);
+  }
+}
+
+}  // namespace
+
+std::string MakeRunId(const v1::Recipe& recipe,
+                      const std::string& assets_sha256) {
+  return Sha256Hex(absl::StrCat(PrintRecipe(recipe), "\n", assets_sha256));
+}
+
+Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+                 Experience& experience, OrderPlanner planner)
+    : options_(std::move(options)),
+      learner_(std::move(learner)),
+      experience_(experience),
+      planner_(std::move(planner)),
+      annealer_(options_.recipe.ppo().anneal()) {}
+
+absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
+    Options options, std::unique_ptr<PpoLearner> learner,
+    Experience& experience) {
+  const v1::Recipe& recipe = options.recipe;
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<Curriculum> curriculum,
+      Curriculum::Create(recipe.task().start(), options.library));
+  OrderPlanner::Options plan;
+  plan.run_id = options.run_id;
+  plan.assets_sha256 = options.assets_sha256;
+  plan.layout_sha256 = options.layout_sha256;
+  plan.seed = recipe.seed();
+  plan.rollouts = recipe.rollouts();
+  SINEW_ASSIGN_OR_RETURN(
+      plan.evaluation_starts,
+      MakeEvaluationStarts(options.library, recipe.evaluation().starts(),
+                           recipe.evaluation().seconds()));
+  auto trainer = std::unique_ptr<Trainer>(
+      new Trainer(std::move(options), std::move(learner), experience,
+                  OrderPlanner(std::move(plan))));
+  trainer->curriculum_ = std::move(curriculum);
+  SINEW_RETURN_IF_ERROR(trainer->PublishSnapshot());
+  return trainer;
+}
+
+absl::Status Trainer::PublishSnapshot() {
+  snapshots_.push_back(MakePolicySnapshot(iteration_, learner_->graph(),
+                                          learner_->weights(),
+                                          curriculum_->table()));
+  if (snapshots_.size() > kMaxSnapshots) snapshots_.pop_front();
+  return experience_.Publish(snapshots_.back());
+}
+
+SnapshotName Trainer::NewestSnapshot() const {
+  return {snapshots_.back().snapshot.version(), snapshots_.back().sha256};
+}
+
+absl::Status Trainer::BeginTraining(int64_t iteration) {
+  open_orders_ = planner_.PlanTraining(iteration, NewestSnapshot());
+  return experience_.Begin(open_orders_);
+}
+
+absl::StatusOr<IterationReport> Trainer::RunIteration() {
+  IterationReport report;
+  if (open_orders_.empty()) SINEW_RETURN_IF_ERROR(BeginTraining(iteration_));
+
+  const auto wait_start = std::chrono::steady_clock::now();
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::Segment> segments,
+                         experience_.Take(Ids(open_orders_)));
+  report.wait_seconds = SecondsSince(wait_start);
+  SINEW_RETURN_IF_ERROR(planner_.Absorb(open_orders_, segments));
+  open_orders_.clear();
+  Summarise(segments, report);
+  for (const v1::Segment& segment : segments) {
+    curriculum_->Record({segment.episodes().begin(), segment.episodes().end()},
+                        iteration_);
+  }
+  curriculum_->Reweigh();
+  if (options_.recipe.rollouts().max_policy_lag() > 0) {
+    SINEW_RETURN_IF_ERROR(BeginTraining(iteration_ + 1));
+  }
+
+  const auto learn_start = std::chrono::steady_clock::now();
+  std::vector<const v1::Segment*> pointers;
+  for (const v1::Segment& segment : segments) pointers.push_back(&segment);
+  SINEW_ASSIGN_OR_RETURN(report.update,
+                         learner_->Update(pointers, iteration_));
+  ++iteration_;
+  samples_ += report.update.samples;
+  SINEW_RETURN_IF_ERROR(FinishEvaluations(report));
+  learner_->SetFactors(annealer_.StdFactor(samples_),
+                       annealer_.LearningRateFactor(samples_));
+  SINEW_RETURN_IF_ERROR(PublishSnapshot());
+  SINEW_RETURN_IF_ERROR(BeginEvaluationIfDue());
+  report.learn_seconds = SecondsSince(learn_start);
+  report.iteration = iteration_;
+  report.samples = samples_;
+  report.policy_version = snapshots_.back().snapshot.version();
+  return report;
+}
+
+absl::Status Trainer::FinishEvaluations(IterationReport& report) {
+  const int64_t delay = options_.recipe.evaluation().delay();
+  while (!pending_.empty() &&
+         pending_.front().begun_iteration() + delay <= iteration_) {
+    const v1::PendingEvaluation& pending = pending_.front();
+    SINEW_ASSIGN_OR_RETURN(
+        const std::vector<v1::Segment> segments,
+        experience_.Take(
+            Ids({pending.orders().begin(), pending.orders().end()})));
+    std::vector<v1::EvaluationResult> results;
+    for (const v1::Segment& segment : segments) {
+      results.insert(results.end(), segment.results().begin(),
+                     segment.results().end());
+      report.evaluation_core_seconds += CoreSeconds(segment.seconds());
+    }
+    report.evaluation = SummariseEvaluation(results);
+    report.evaluated_iteration = pending.begun_iteration();
+    const SetSummary& overall = report.evaluation->overall;
+    annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
+                          std::max(1, overall.starts),
+                      overall.survived_share, samples_);
+    pending_.pop_front();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Trainer::BeginEvaluationIfDue() {
+  const int interval = options_.recipe.evaluation().interval();
+  if (interval == 0 || iteration_ % interval != 0) return absl::OkStatus();
+  const std::vector<v1::Order> orders =
+      planner_.PlanEvaluation(iteration_, NewestSnapshot());
+  v1::PendingEvaluation& pending = pending_.emplace_back();
+  pending.set_begun_iteration(iteration_);
+  pending.mutable_orders()->Assign(orders.begin(), orders.end());
+  return experience_.Begin(orders);
+}
+
+Trainer::State Trainer::Save() const {
+  State state;
+  v1::TrainingState& counters = state.counters;
+  counters.set_format_version(kFormatVersion);
+  counters.set_run_id(options_.run_id);
+  counters.set_iteration(iteration_);
+  counters.set_samples(samples_);
+  counters.set_next_order_id(planner_.next_order_id());
+  counters.mutable_environments()->Assign(planner_.environments().begin(),
+                                          planner_.environments().end());
+  counters.mutable_open_orders()->Assign(open_orders_.begin(),
+                                         open_orders_.end());
+  for (const PublishedSnapshot& snapshot : snapshots_) {
+    auto& reference = *counters.add_snapshots();
+    reference.set_version(snapshot.snapshot.version());
+    reference.set_sha256(snapshot.sha256);
+    state.snapshots.push_back(snapshot.bytes);
+  }
+  *counters.mutable_curriculum() = curriculum_->table();
+  *counters.mutable_anneal() = annealer_.state();
+  for (const v1::PendingEvaluation& pending : pending_) {
+    *counters.add_pending_evaluations() = pending;
+  }
+  counters.set_recipe_sha256(Sha256Hex(PrintRecipe(options_.recipe)));
+  counters.set_assets_sha256(options_.assets_sha256);
+  learner_->SaveCounters(counters);
+  state.tensors = learner_->SaveTensors();
+  return state;
+}
+
+absl::Status Trainer::Restore(const State& state) {
+  const v1::TrainingState& counters = state.counters;
+  const auto differs = [](absl::string_view what, absl::string_view expected,
+                          absl::string_view found) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("training state: ", what, ": expected ", expected,
+                     ", found ", found));
+  };
+  if (counters.format_version() != kFormatVersion) {
+    return differs("format_version", absl::StrCat(kFormatVersion),
+                   absl::StrCat(counters.format_version()));
+  }
+  if (counters.run_id() != options_.run_id) {
+    return differs("run_id (recipe or assets have changed)", options_.run_id,
+                   counters.run_id());
+  }
+  if (counters.snapshots_size() != static_cast<int>(state.snapshots.size()) ||
+      state.snapshots.empty()) {
+    return differs("snapshots", absl::StrCat(counters.snapshots_size()),
+                   absl::StrCat(state.snapshots.size()));
+  }
+  std::deque<PublishedSnapshot> snapshots;
+  for (int i = 0; i < counters.snapshots_size(); ++i) {
+    PublishedSnapshot& snapshot = snapshots.emplace_back();
+    snapshot.bytes = state.snapshots[i];
+    snapshot.sha256 = Sha256Hex(snapshot.bytes);
+    if (snapshot.sha256 != counters.snapshots(i).sha256() ||
+        !snapshot.snapshot.ParseFromString(snapshot.bytes)) {
+      return differs(absl::StrCat("snapshot ", counters.snapshots(i).version()),
+                     counters.snapshots(i).sha256(), snapshot.sha256);
+    }
+  }
+  SINEW_RETURN_IF_ERROR(curriculum_->Restore(counters.curriculum()));
+  SINEW_RETURN_IF_ERROR(planner_.Restore(
+      std::vector<v1::EnvironmentState>(counters.environments().begin(),
+                                        counters.environments().end()),
+      counters.next_order_id()));
+  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
+  annealer_.Restore(counters.anneal());
+  iteration_ = counters.iteration();
+  samples_ = counters.samples();
+  learner_->SetFactors(annealer_.StdFactor(samples_),
+                       annealer_.LearningRateFactor(samples_));
+  snapshots_ = std::move(snapshots);
+  open_orders_.assign(counters.open_orders().begin(),
+                      counters.open_orders().end());
+  pending_.assign(counters.pending_evaluations().begin(),
+                  counters.pending_evaluations().end());
+  for (const PublishedSnapshot& snapshot : snapshots_) {
+    SINEW_RETURN_IF_ERROR(experience_.Publish(snapshot));
+  }
+  // What was out is run again: a rollout is a pure function.
+  if (!open_orders_.empty()) {
+    SINEW_RETURN_IF_ERROR(experience_.Begin(open_orders_));
+  }
+  for (const v1::PendingEvaluation& pending : pending_) {
+    SINEW_RETURN_IF_ERROR(experience_.Begin(
+        {pending.orders().begin(), pending.orders().end()}));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::learner

@@ -1,0 +1,129 @@
+#ifndef SINEW_LEARNER_TRAINER_TRAINER_H_
+#define SINEW_LEARNER_TRAINER_TRAINER_H_
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "learner/curriculum/curriculum.h"
+#include "learner/ppo/ppo_learner.h"
+#include "learner/trainer/annealer.h"
+#include "learner/trainer/experience.h"
+#include "learner/trainer/order_planner.h"
+#include "proto/sinew/v1/motion.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/training_state.pb.h"
+
+namespace sinew::learner {
+
+// What one iteration did, for metrics.jsonl, progress and reports.
+struct IterationReport {
+  int64_t iteration = 0;        // completed iterations
+  int64_t samples = 0;          // in all
+  int64_t policy_version = 0;   // newest snapshot
+  UpdateStatistics update;
+  int64_t episodes = 0;         // ended in this iteration
+  int64_t failed_episodes = 0;
+  int64_t diverged = 0;
+  double mean_episode_steps = 0;
+  int64_t physics_steps = 0;
+  // Seconds of actor threads by stage, training orders only.
+  v1::StageSeconds rollout_seconds;
+  // Seconds of actor threads spent on evaluations that took effect now.
+  double evaluation_core_seconds = 0;
+  // Wall seconds of this iteration: waiting for segments, learning.
+  double wait_seconds = 0, learn_seconds = 0;
+  // An evaluation that took effect after this iteration.
+  std::optional<EvaluationSummary> evaluation;
+  int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
+};
+
+// The training loop without files, sockets or flags: plans orders, takes
+// segments, learns, anneals, evaluates, under the lag contract:
+//
+//   iteration k, max_policy_lag L:
+//     1. orders of k act with snapshot max(0, k - L)
+//     2. take their segments; absorb end states and episodes
+//     3. L = 1: begin the orders of k + 1 (with snapshot k)
+//     4. update -> weights -> snapshot k + 1
+//     5. evaluations begun at k + 1 - delay take effect
+//     6. if due, an evaluation of snapshot k + 1 begins
+//
+// Deterministic: state and recipe give the same bits whatever runs the orders.
+//
+// Thread-safety: one caller. Ownership: owns learner and curriculum; borrows
+// the experience. Blocking: RunIteration, for experience and learning. Errors:
+// from the experience (state unchanged up to the failed Take; call again) and
+// from the learner (fatal).
+class Trainer {
+ public:
+  struct Options {
+    v1::Recipe recipe;          // defaults filled, valid
+    v1::MotionLibrary library;  // manifest
+    std::string run_id;
+    std::string assets_sha256;
+    std::string layout_sha256;
+  };
+  static absl::StatusOr<std::unique_ptr<Trainer>> Create(
+      Options options, std::unique_ptr<PpoLearner> learner,
+      Experience& experience);
+
+  absl::StatusOr<IterationReport> RunIteration();
+
+  int64_t iteration() const { return iteration_; }
+  int64_t samples() const { return samples_; }
+  const PpoLearner& learner() const { return *learner_; }
+  const Curriculum& curriculum() const { return *curriculum_; }
+  // Newest snapshot.
+  const PublishedSnapshot& snapshot() const { return snapshots_.back(); }
+
+  // The whole state between two iterations; `tensors` and `snapshots` go
+  // beside it (snapshots that open orders need, oldest first).
+  struct State {
+    v1::TrainingState counters;
+    TensorMap tensors;
+    std::vector<std::string> snapshots;  // bytes
+  };
+  State Save() const;
+  // Into a fresh trainer of the same options. FAILED_PRECONDITION or
+  // INVALID_ARGUMENT naming what differs (recipe, assets, environments, a
+  // snapshot's digest).
+  absl::Status Restore(const State& state);
+
+ private:
+  Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+          Experience& experience, OrderPlanner planner);
+
+  absl::Status PublishSnapshot();
+  SnapshotName NewestSnapshot() const;
+  absl::Status BeginTraining(int64_t iteration);
+  absl::Status FinishEvaluations(IterationReport& report);
+  absl::Status BeginEvaluationIfDue();
+
+  const Options options_;
+  std::unique_ptr<PpoLearner> learner_;
+  Experience& experience_;
+  std::unique_ptr<Curriculum> curriculum_;
+  OrderPlanner planner_;
+  Annealer annealer_;
+
+  int64_t iteration_ = 0;
+  int64_t samples_ = 0;
+  std::deque<PublishedSnapshot> snapshots_;  // newest last, at most 2
+  std::vector<v1::Order> open_orders_;       // of iteration_, if begun
+  std::deque<v1::PendingEvaluation> pending_;
+};
+
+// Name of a run's identity: SHA-256 over recipe, assets and build.
+std::string MakeRunId(const v1::Recipe& recipe,
+                      const std::string& assets_sha256);
+
+}  // namespace sinew::learner
+
+#endif  // SINEW_LEARNER_TRAINER_TRAINER_H_

@@ -1,0 +1,69 @@
+#ifndef SINEW_REPLAY_CLIENT_REPLAY_H_
+#define SINEW_REPLAY_CLIENT_REPLAY_H_
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "absl/types/span.h"
+#include "proto/sinew/v1/replay.pb.h"
+#include "proto/sinew/v1/rollout.pb.h"
+
+namespace sinew::replay {
+
+// A segment that replay has accepted: immutable, shared without copying.
+using SegmentPtr = std::shared_ptr<const v1::Segment>;
+
+// Replay as others see it: in this process (replay/local_replay.h) or behind
+// gRPC (replay_client.h). One iteration of the learner:
+//
+//   Open(orders of iteration k)    what may come in
+//   ... actors Put ...             first valid segment of each order stays
+//   Take(those orders)             all of them out, in order of order_id
+//
+// A table serves one run at a time: Open with `reset` starts a run and drops
+// what another one left.
+//
+// Thread-safety: any thread. Ownership: results are shared. Blocking: each call
+// at most its timeout. Errors: name run and order, expected and found; from a
+// peer also UNAVAILABLE and DEADLINE_EXCEEDED, which name it.
+class Replay {
+ public:
+  virtual ~Replay() = default;
+
+  // Says what is expected; may be repeated with equal content. An order that
+  // was taken may be opened again. INVALID_ARGUMENT: a field out of range, or
+  // a layout that is not the one of `layout_sha256`. FAILED_PRECONDITION: the
+  // table holds another run. RESOURCE_EXHAUSTED: one iteration's segments may
+  // not fit into the table, which could wait for ever.
+  virtual absl::Status Open(const v1::OpenRequest& request) = 0;
+
+  // Puts one serialised segment and waits for the verdict: while the table has
+  // no room, up to `timeout` (DEADLINE_EXCEEDED: not put).
+  virtual absl::StatusOr<v1::PutSegmentResponse> Put(
+      const std::string& run_id, int64_t order_id, absl::string_view bytes,
+      absl::Duration timeout) = 0;
+
+  // Waits until the segments of all `order_ids` are there and takes them out,
+  // in rising order of order_id. DEADLINE_EXCEEDED: some are missing (the
+  // message says how many and names the first); CANCELLED: `stop`; nothing is
+  // taken then. NOT_FOUND: an order is not open. If the connection broke just
+  // as the last bytes left the peer, a second Take gives NOT_FOUND: open the
+  // orders again.
+  virtual absl::StatusOr<std::vector<SegmentPtr>> Take(
+      const std::string& run_id, absl::Span<const int64_t> order_ids,
+      absl::Duration timeout, const std::stop_token& stop) = 0;
+
+  // Bytes, limit and counters.
+  virtual absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() = 0;
+};
+
+}  // namespace sinew::replay
+
+#endif  // SINEW_REPLAY_CLIENT_REPLAY_H_
