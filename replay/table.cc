@@ -36,13 +36,15 @@ Table::~Table() {
 }
 
 absl::StatusOr<std::vector<Table::Entry>> Table::MakeEntries(
-    const v1::OpenRequest& request) {
-  std::shared_ptr<const v1::SegmentLayout> layout = layout_;
-  if (request.has_layout()) {
-    layout = std::make_shared<const v1::SegmentLayout>(request.layout());
-  }
+    const v1::OpenRequest& request,
+    const std::shared_ptr<const v1::SegmentLayout>& layout) {
   std::vector<Entry> entries;
+  absl::flat_hash_set<int64_t> ids;
   for (const auto& expected : request.expected()) {
+    if (!ids.insert(expected.order_id()).second) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "open order ", expected.order_id(), ": expected it once"));
+    }
     auto expectation = std::make_shared<Expectation>();
     expectation->run_id = request.run_id();
     expectation->expected = expected;
@@ -51,7 +53,6 @@ absl::StatusOr<std::vector<Table::Entry>> Table::MakeEntries(
     const int64_t max_bytes = MaxSegmentBytes(*expectation);
     entries.push_back({std::move(expectation), max_bytes, nullptr, 0});
   }
-  layout_ = std::move(layout);
   return entries;
 }
 
@@ -117,8 +118,14 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
     run_id_ = request.run_id();
   }
   if (request.run_id() != run_id_) return OtherRun(run_id_, request.run_id());
-  SINEW_ASSIGN_OR_RETURN(std::vector<Entry> entries, MakeEntries(request));
+  std::shared_ptr<const v1::SegmentLayout> layout = layout_;
+  if (request.has_layout()) {
+    layout = std::make_shared<const v1::SegmentLayout>(request.layout());
+  }
+  SINEW_ASSIGN_OR_RETURN(std::vector<Entry> entries,
+                         MakeEntries(request, layout));
   SINEW_RETURN_IF_ERROR(CheckFits(entries));
+  layout_ = std::move(layout);
   for (Entry& entry : entries) Insert(std::move(entry));
   changed_.NotifyAll();
   return absl::OkStatus();
@@ -224,6 +231,16 @@ void Table::GiveBack(const Room& room) {
   changed_.NotifyAll();
 }
 
+void Table::Keep(Room& room, SegmentPtr segment) {
+  const auto& expected = room.expectation_->expected;
+  Entry& entry = entries_.find(expected.order_id())->second;
+  entry.segment = std::move(segment);
+  entry.bytes = std::exchange(room.bytes_, 0);
+  const auto missing = missing_bytes_.find(expected.iteration());
+  missing->second -= entry.max_bytes;
+  if (missing->second == 0) missing_bytes_.erase(missing);
+}
+
 Response Table::Put(std::unique_ptr<Room> room, absl::string_view bytes) {
   const Expectation& expectation = *room->expectation_;
   const int64_t order_id = expectation.expected.order_id();
@@ -245,11 +262,7 @@ Response Table::Put(std::unique_ptr<Room> room, absl::string_view bytes) {
     if (auto refusal = RefuseByKey(run_id, order_id, room->bytes_)) {
       response = *std::move(refusal);
     } else {
-      Entry& entry = entries_.find(order_id)->second;
-      entry.segment = std::move(segment);
-      entry.bytes = room->bytes_;
-      AddBytes(entry.bytes);
-      missing_bytes_[expectation.expected.iteration()] -= entry.max_bytes;
+      Keep(*room, std::move(segment));
     }
   }
   Count(response);

@@ -100,11 +100,14 @@ class Table {
     int64_t bytes = 0;
   };
 
-  absl::StatusOr<std::vector<Entry>> MakeEntries(
-      const v1::OpenRequest& request) SINEW_REQUIRES(mu_);
+  static absl::StatusOr<std::vector<Entry>> MakeEntries(
+      const v1::OpenRequest& request,
+      const std::shared_ptr<const v1::SegmentLayout>& layout);
   absl::Status CheckFits(const std::vector<Entry>& entries) const
       SINEW_REQUIRES(mu_);
   void Insert(Entry entry) SINEW_REQUIRES(mu_);
+  // Fills an order's entry; its room becomes the entry's.
+  void Keep(Room& room, SegmentPtr segment) SINEW_REQUIRES(mu_);
   void Reset() SINEW_REQUIRES(mu_);
   // The verdict that the key alone gives; nullopt: welcome.
   std::optional<v1::PutSegmentResponse> RefuseByKey(const std::string& run_id,
@@ -162,7 +165,7 @@ class Table::Room {
 
   Table& table_;
   const int64_t generation_;
-  const int64_t bytes_;
+  int64_t bytes_;
   const std::shared_ptr<const Expectation> expectation_;
 };
 

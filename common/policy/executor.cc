@@ -132,9 +132,19 @@ absl::Status GraphExecutor::SetWeights(
 absl::StatusOr<std::unique_ptr<Executor>> Executor::Create(
     std::shared_ptr<const WeightsPack> pack, int max_batch) {
   constexpr int kMostRows = 1 << 16;
+  constexpr int64_t kMostElements = int64_t{1} << 30;  // 4 GiB
   if (max_batch < 1 || max_batch > kMostRows) {
     return absl::InvalidArgumentError(absl::StrCat(
         "max_batch: expected 1 to ", kMostRows, ", found ", max_batch));
+  }
+  int64_t columns = 0;
+  for (const internal::Value& value : pack->plan().values) {
+    columns += value.stride;
+  }
+  if (columns * max_batch > kMostElements) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "expected a workspace of at most ", kMostElements, " elements, found ",
+        columns, " columns x ", max_batch, " rows"));
   }
   return std::make_unique<GraphExecutor>(std::move(pack), max_batch);
 }

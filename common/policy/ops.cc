@@ -134,7 +134,8 @@ absl::Status CheckShape(absl::string_view what, const Shape& found,
              Text(found));
 }
 
-absl::Status CheckRank(absl::string_view what, const Shape& found, size_t rank) {
+absl::Status CheckRank(absl::string_view what, const Shape& found,
+                       size_t rank) {
   if (found.size() == rank) return absl::OkStatus();
   return Bad(what, ": expected ", rank, " extents, found ", Text(found));
 }

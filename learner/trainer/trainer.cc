@@ -128,7 +128,8 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   open_orders_.clear();
   Summarise(segments, report);
   for (const v1::Segment& segment : segments) {
-    curriculum_->Record({segment.episodes().begin(), segment.episodes().end()},
+    curriculum_->Record(std::vector<v1::EpisodeEnd>(segment.episodes().begin(),
+                                                    segment.episodes().end()),
                         iteration_);
   }
   curriculum_->Reweigh();

@@ -31,7 +31,7 @@ absl::StatusOr<Source> ReadSource(const std::string& name_or_path) {
                          ReadFile(source.path, kMaxTextBytes));
   SINEW_ASSIGN_OR_RETURN(source.proto, ParseCharacter(text, source.path));
   SINEW_ASSIGN_OR_RETURN(source.model_path,
-                         FindModel(source.path, source.proto.model_file()));
+                         FindModelFile(source.path, source.proto.model_file()));
   return source;
 }
 
@@ -51,8 +51,8 @@ absl::StatusOr<std::unique_ptr<Character>> Character::Load(
 }
 
 absl::StatusOr<std::unique_ptr<Character>> Character::FromAssets(
-    std::string_view character_text, std::string_view model_binary,
-    std::string_view source) {
+    absl::string_view character_text, absl::string_view model_binary,
+    absl::string_view source) {
   std::unique_ptr<Character> character(new Character);
   SINEW_ASSIGN_OR_RETURN(character->proto_,
                          ParseCharacter(character_text, source));
@@ -76,7 +76,7 @@ absl::StatusOr<ModelPtr> Character::CompileForPictures(
                       Purpose::kPictures);
 }
 
-absl::Status Character::Resolve(std::string_view source) {
+absl::Status Character::Resolve(absl::string_view source) {
   const Resolver resolver(proto_, *model_, source);
   SINEW_RETURN_IF_ERROR(resolver.CheckTree());
   SINEW_ASSIGN_OR_RETURN(joints_, resolver.Joints());

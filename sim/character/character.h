@@ -5,7 +5,7 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
+#include "absl/strings/string_view.h"
 #include <vector>
 
 #include "absl/status/status.h"
@@ -53,8 +53,8 @@ class Character {
   // From assets: the text proto and a compiled model (MuJoCo binary format of
   // the same MuJoCo version).
   static absl::StatusOr<std::unique_ptr<Character>> FromAssets(
-      std::string_view character_text, std::string_view model_binary,
-      std::string_view source);
+      absl::string_view character_text, absl::string_view model_binary,
+      absl::string_view source);
 
   // The same bodies, joints and qpos with everything that can be seen, and a
   // scene around them (compile.h); for tools/render.
@@ -92,7 +92,7 @@ class Character {
 
  private:
   Character() = default;
-  absl::Status Resolve(std::string_view source);
+  absl::Status Resolve(absl::string_view source);
 
   v1::Character proto_;
   ModelPtr model_;

@@ -33,11 +33,11 @@ class FirstError : public google::protobuf::io::ErrorCollector {
   std::string text_;
 };
 
-absl::Status Bad(std::string_view source, std::string_view field,
-                 std::string_view expected, const absl::AlphaNum& found) {
+absl::Status Bad(absl::string_view source, absl::string_view field,
+                 absl::string_view expected, const absl::AlphaNum& found) {
   return absl::InvalidArgumentError(absl::StrCat(
-      std::string(source), ": ", std::string(field), ": expected ",
-      std::string(expected), ", found ", found));
+      source, ": ", field, ": expected ",
+      expected, ", found ", found));
 }
 
 bool IsName(const std::string& name) {
@@ -46,7 +46,7 @@ bool IsName(const std::string& name) {
   });
 }
 
-absl::Status CheckJoint(std::string_view source, const v1::Joint& joint) {
+absl::Status CheckJoint(absl::string_view source, const v1::Joint& joint) {
   const std::string field = absl::StrCat("joint \"", joint.name(), "\": ");
   struct Rule {
     const char* name;
@@ -77,7 +77,7 @@ absl::Status CheckJoint(std::string_view source, const v1::Joint& joint) {
   return absl::OkStatus();
 }
 
-absl::Status CheckJoints(std::string_view source,
+absl::Status CheckJoints(absl::string_view source,
                          const v1::Character& character) {
   if (character.joints().empty()) {
     return Bad(source, "joints", "at least one", 0);
@@ -96,7 +96,7 @@ absl::Status CheckJoints(std::string_view source,
   return absl::OkStatus();
 }
 
-absl::Status Check(std::string_view source, const v1::Character& character) {
+absl::Status Check(absl::string_view source, const v1::Character& character) {
   if (character.format_version() != kFormatVersion) {
     return Bad(source, "format_version", absl::StrCat(kFormatVersion),
                character.format_version());
@@ -126,15 +126,15 @@ absl::Status Check(std::string_view source, const v1::Character& character) {
 
 }  // namespace
 
-absl::StatusOr<v1::Character> ParseCharacter(std::string_view text,
-                                             std::string_view source) {
+absl::StatusOr<v1::Character> ParseCharacter(absl::string_view text,
+                                             absl::string_view source) {
   google::protobuf::TextFormat::Parser parser;
   FirstError error;
   parser.RecordErrorsTo(&error);
   v1::Character character;
   if (!parser.ParseFromString(std::string(text), &character)) {
     return absl::InvalidArgumentError(
-        absl::StrCat(std::string(source), ": ", error.text()));
+        absl::StrCat(source, ": ", error.text()));
   }
   SINEW_RETURN_IF_ERROR(Check(source, character));
   return character;

@@ -2,7 +2,7 @@
 #define SINEW_SIM_CHARACTER_CHARACTER_TEXT_H_
 
 #include <string>
-#include <string_view>
+#include "absl/strings/string_view.h"
 
 #include "absl/status/statusor.h"
 #include "proto/sinew/v1/character.pb.h"
@@ -15,8 +15,8 @@ namespace sinew::character {
 //
 // Thread-safety: any thread. Blocking: never. Errors: INVALID_ARGUMENT naming
 // `source`, the line or the field, what was expected and what was found.
-absl::StatusOr<v1::Character> ParseCharacter(std::string_view text,
-                                             std::string_view source);
+absl::StatusOr<v1::Character> ParseCharacter(absl::string_view text,
+                                             absl::string_view source);
 
 // The text form, the same for equal messages.
 std::string PrintCharacter(const v1::Character& character);

@@ -19,21 +19,21 @@ std::set<int> LegBodies(const mjModel& model, const std::vector<int>& feet) {
   return bodies;
 }
 
-bool IsInSubtree(const mjModel& model, int body, int root) {
-  while (body != 0 && body != root) body = model.body_parentid[body];
-  return body == root;
+int Depth(const mjModel& model, int body) {
+  int depth = 0;
+  for (; body != 0; body = model.body_parentid[body]) ++depth;
+  return depth;
 }
 
-// Gravity stiffness of the joint at `body`: m g h of all bodies that are not
-// beyond it and not legs themselves, plus this leg's bodies above it.
+// m g h of what all legs together hold up at the level of the joint at `body`:
+// everything but the bodies of legs from that level on towards the feet.
 double GravityStiffness(const mjModel& model, const mjData& data,
                         const std::set<int>& legs, int body) {
   const mjtNum joint_height = data.xpos[3 * body + 2];
+  const int level = Depth(model, body);
   double moment = 0;  // sum of m * (height over the joint)
   for (int other = 1; other < model.nbody; ++other) {
-    if (IsInSubtree(model, other, body)) continue;
-    const bool above_in_leg = IsInSubtree(model, body, other);
-    if (legs.contains(other) && !above_in_leg) continue;
+    if (legs.contains(other) && Depth(model, other) >= level) continue;
     moment += model.body_mass[other] *
               (data.xipos[3 * other + 2] - joint_height);
   }

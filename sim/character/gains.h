@@ -23,12 +23,12 @@ struct Gains {
 
 // PD gains of every hinge of a model, in order of joint ids, from physics:
 //   kp = max(I w^2, margin * m g h / legs),  kd = 2 zeta kp / w
-// I: inertia of everything beyond the joint about its axis in the default pose
-// (diagonal of the mass matrix), at least `least_inertia`. The second term
+// I: inertia of everything beyond the joint about its axis at rest (all
+// joints 0; diagonal of the mass matrix), at least `least_inertia`. The second term
 // applies between the root and a foot only: m and h are mass and height over
-// the joint of the centre of everything that the leg holds up, so m g h / legs
-// is the stiffness below which an inverted pendulum on `legs` such joints
-// falls. Hinges of one body share the largest of their gains (a ball joint is
+// the joint of the centre of everything that the legs together hold up at that
+// level, so m g h / legs is the stiffness below which an inverted pendulum on
+// `legs` such joints falls. Hinges of one body share the largest of their gains (a ball joint is
 // as stiff in every direction).
 // `feet`: model body ids. Pure; the model is not changed.
 std::vector<Gains> ComputeGains(const mjModel& model,

@@ -26,14 +26,14 @@ bool TouchesThings(const mjModel& model, int geom) {
 
 }  // namespace
 
-absl::Status Resolver::Bad(std::string_view field, std::string_view expected,
-                           std::string_view found) const {
+absl::Status Resolver::Bad(absl::string_view field, absl::string_view expected,
+                           absl::string_view found) const {
   return absl::InvalidArgumentError(
-      absl::StrCat(source_, ": ", std::string(field), ": expected ",
-                   std::string(expected), ", found ", std::string(found)));
+      absl::StrCat(source_, ": ", field, ": expected ",
+                   expected, ", found ", found));
 }
 
-absl::StatusOr<int> Resolver::Body(std::string_view field,
+absl::StatusOr<int> Resolver::Body(absl::string_view field,
                                    const std::string& name) const {
   const int id = mj_name2id(&model_, mjOBJ_BODY, name.c_str());
   if (id <= 0) return Bad(field, "a body of the model", Quoted(name));

@@ -4,7 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <string>
-#include <string_view>
+#include "absl/strings/string_view.h"
 #include <vector>
 
 #include "absl/status/status.h"
@@ -22,7 +22,7 @@ namespace sinew::character {
 class Resolver {
  public:
   Resolver(const v1::Character& character, const mjModel& model,
-           std::string_view source)
+           absl::string_view source)
       : character_(character), model_(model), source_(source) {}
 
   // One tree of bodies below the world with one free joint at its root, else
@@ -44,9 +44,9 @@ class Resolver {
   absl::Status CheckMirrors() const;
 
  private:
-  absl::Status Bad(std::string_view field, std::string_view expected,
-                   std::string_view found) const;
-  absl::StatusOr<int> Body(std::string_view field,
+  absl::Status Bad(absl::string_view field, absl::string_view expected,
+                   absl::string_view found) const;
+  absl::StatusOr<int> Body(absl::string_view field,
                            const std::string& name) const;
   absl::StatusOr<std::vector<int>> Sole(const v1::Foot& foot, int body) const;
 

@@ -2,7 +2,9 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "sim/import/contact_fit.h"
 
@@ -50,30 +52,73 @@ int Wrapped(int t, int frames, bool loops) {
   return loops ? (t + frames) % frames : std::clamp(t, 0, frames - 1);
 }
 
-// (a_z + g) / g of the centre of mass over three frames.
-double Support(const std::vector<FrameState>& frames,
-               const ModelMotion& motion, double gravity, int t) {
+// (a_z + g) / g of the centre of mass in the frames, smoothed by (1, 2, 1).
+std::vector<double> Support(const std::vector<FrameState>& frames,
+                            const ModelMotion& motion, double gravity) {
   const int n = motion.frames();
-  const int middle = motion.loops ? t : std::clamp(t, 1, std::max(1, n - 2));
-  const auto height = [&](int frame) {
-    return frames[Wrapped(frame, n, motion.loops)].centre.z();
-  };
   const double rate = motion.rate;
-  const double acceleration =
-      (height(middle - 1) - 2 * height(middle) + height(middle + 1)) * rate *
-      rate;
-  return acceleration / gravity + 1;
+  std::vector<double> raw;
+  for (int t = 0; t < n; ++t) {
+    const int middle =
+        motion.loops ? t : std::clamp(t, 1, std::max(1, n - 2));
+    const auto height = [&](int frame) {
+      return frames[Wrapped(frame, n, motion.loops)].centre.z();
+    };
+    const double change =
+        height(middle - 1) - 2 * height(middle) + height(middle + 1);
+    raw.push_back(change * rate * rate / gravity + 1);
+  }
+  std::vector<double> smooth;
+  for (int t = 0; t < n; ++t) {
+    smooth.push_back(raw[Wrapped(t - 1, n, motion.loops)] / 4 + raw[t] / 2 +
+                     raw[Wrapped(t + 1, n, motion.loops)] / 4);
+  }
+  return smooth;
 }
 
-void FlipSingles(bool loops, std::vector<bool>* flags) {
-  const std::vector<bool> before = *flags;
-  const int n = static_cast<int>(before.size());
-  for (int t = 0; t < n; ++t) {
-    const bool left = before[Wrapped(t - 1, n, loops)];
-    const bool right = before[Wrapped(t + 1, n, loops)];
-    const bool inside = loops || (t > 0 && t + 1 < n);
-    if (inside && left == right && left != before[t]) (*flags)[t] = left;
+// Share of the way from `carried` to `flying`, mapped to [-1, 1].
+double Vote(double value, double carried, double flying) {
+  return std::clamp(2 * (value - carried) / (flying - carried) - 1, -1.0, 1.0);
+}
+
+// Signs of the cheapest series under evidence e: a flying frame costs -e, a
+// change kFlightChange. For a loop both first states are tried.
+std::vector<bool> MostLikelyFlight(const std::vector<double>& evidence,
+                                   bool loops) {
+  const int n = static_cast<int>(evidence.size());
+  double best_cost = INFINITY;
+  std::vector<bool> best;
+  for (const int first : {0, 1}) {
+    std::vector<std::array<int, 2>> before(n);
+    std::array<double, 2> cost = {INFINITY, INFINITY};
+    cost[first] = first == 1 ? -evidence[0] : 0;
+    for (int t = 1; t < n; ++t) {
+      std::array<double, 2> next;
+      for (const int to : {0, 1}) {
+        const double change = cost[1 - to] + kFlightChange;
+        before[t][to] = change < cost[to] ? 1 - to : to;
+        next[to] = std::min(cost[to], change) + (to == 1 ? -evidence[t] : 0);
+      }
+      cost = next;
+    }
+    if (loops) cost[1 - first] += kFlightChange;
+    int state = cost[1] < cost[0] ? 1 : 0;
+    if (cost[state] >= best_cost) continue;
+    best_cost = cost[state];
+    best.assign(n, false);
+    for (int t = n - 1; t >= 0; --t) {
+      best[t] = state == 1;
+      if (t > 0) state = before[t][state];
+    }
   }
+  return best;
+}
+
+double Percentile(std::vector<double> values, double share) {
+  const auto index = static_cast<int64_t>(
+      share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[index];
 }
 
 // c minimising sum over supported of (c + low)^2 + stiffness * sum (c'')^2.
@@ -135,31 +180,25 @@ void MakeBallistic(Dynamics* dynamics, int begin, int end,
 
 }  // namespace
 
-std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion) {
+std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
+                              std::optional<double> ground) {
   const std::vector<FrameState> frames = MeasureFrames(dynamics, motion);
-  const double gravity = -dynamics->model().opt.gravity[2];
-  std::vector<bool> supported;
+  const std::vector<double> support =
+      Support(frames, motion, -dynamics->model().opt.gravity[2]);
   std::vector<double> heights;
-  int lowest = 0;
-  for (int t = 0; t < motion.frames(); ++t) {
-    const FrameState& frame = frames[t];
-    supported.push_back(
-        frame.speed[frame.lowest_point] < kContactSpeed &&
-        Support(frames, motion, gravity, t) > kLeastSupport);
-    if (supported.back()) heights.push_back(frame.low());
-    if (frame.low() < frames[lowest].low()) lowest = t;
+  for (const FrameState& frame : frames) heights.push_back(frame.low());
+  const double floor = ground.value_or(Percentile(heights, 0.3));
+  std::vector<double> evidence;
+  for (size_t t = 0; t < frames.size(); ++t) {
+    const double speed = frames[t].speed[frames[t].lowest_point];
+    evidence.push_back(2 * Vote(heights[t] - floor, 0, kFlightHeight) +
+                       Vote(speed, 0, kFlightSpeed) +
+                       Vote(support[t], 1, 0) - kFlightBias);
   }
-  if (heights.empty()) {
-    supported[lowest] = true;
-    return supported;
-  }
-  std::nth_element(heights.begin(), heights.begin() + heights.size() / 2,
-                   heights.end());
-  const double limit = heights[heights.size() / 2] + kGroundBand;
-  for (int t = 0; t < motion.frames(); ++t) {
-    if (frames[t].low() > limit) supported[t] = false;
-  }
-  FlipSingles(motion.loops, &supported);
+  std::vector<bool> supported = MostLikelyFlight(evidence, motion.loops);
+  supported.flip();
+  const auto lowest = std::min_element(heights.begin(), heights.end());
+  supported[lowest - heights.begin()] = true;
   return supported;
 }
 

@@ -1,6 +1,7 @@
 #ifndef SINEW_SIM_IMPORT_GROUND_H_
 #define SINEW_SIM_IMPORT_GROUND_H_
 
+#include <optional>
 #include <vector>
 
 #include "sim/import/dynamics.h"
@@ -8,26 +9,32 @@
 
 namespace sinew::import {
 
-// Thresholds of "supported by the floor", for feet and any other body alike.
+// Evidence of flight in a frame, from three measurements of its lowest point and
+// its centre of mass, each mapped linearly to [-1, 1] between the values that
+// say "carried" and "flying":
+//   height of the lowest point over the ground, counted twice: 0 to 0.08 m;
+//   speed of the material point there: 0 to 1.6 m/s;
+//   support (a_z + g) / g of the centre of mass, over a few frames: 1 to 0.
+// Flying needs more than kFlightBias in all; changing one's mind costs
+// kFlightChange. Feet and any other body count alike, so lying, crawling and
+// rolling bodies are carried.
+inline constexpr double kFlightHeight = 0.08;
+inline constexpr double kFlightSpeed = 1.6;
+inline constexpr double kFlightBias = 0.5;
+inline constexpr double kFlightChange = 1.0;
 
 // A point that bears moves slower than this, m/s.
 inline constexpr double kContactSpeed = 0.6;
-// The centre of mass of a supported body falls with less than this share of
-// gravity less than free fall: (a_z + g) / g of flight is 0, of standing 1.
-inline constexpr double kLeastSupport = 0.3;
-// A supported frame's lowest point lies at most this far above the median of
-// the candidates, m: clips float, but not by more.
-inline constexpr double kGroundBand = 0.15;
 // Stiffness of the height correction against second differences, per frame^4:
 // it follows changes over about 2 pi stiffness^(1/4) = 12 frames.
 inline constexpr double kGroundStiffness = 16;
 
-// Which frames the floor carries.
-//   1. a frame is a candidate if its lowest point is slow and the centre of
-//      mass is not in free fall; those far above the others are dropped;
-//   2. single frames between two of the other kind are flipped.
-// At least one frame is supported: the one with the lowest point, if need be.
-std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion);
+// Which frames the floor carries: the cheapest series of "carried" and "flying"
+// under the evidence. `ground` is the height of the floor in the motion's
+// coordinates; unset: the 30th percentile of the lowest points. At least one
+// frame is supported.
+std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
+                              std::optional<double> ground = std::nullopt);
 
 // Moves the root up or down so that the lowest point lies on the floor in
 // supported frames: a smoothing spline through minus the lowest points' heights

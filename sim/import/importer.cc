@@ -106,6 +106,8 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
   Dynamics dynamics(model);
   std::vector<bool> supported = FindSupport(&dynamics, motion);
   CalibrateGround(&dynamics, supported, &motion);
+  supported = FindSupport(&dynamics, motion, /*ground=*/0);
+  CalibrateGround(&dynamics, supported, &motion);
   MakeFlightsBallistic(&dynamics, supported, &motion);
   const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);
 

@@ -148,7 +148,7 @@ JointFitError MeasureJointFit(const SourceTrack& track,
   double sum = 0;
   for (int t = 0; t < motion.frames(); ++t) {
     const std::vector<Quaterniond> world =
-        WorldRotations(skeleton, track.original_rotation[t]);
+        WorldRotations(skeleton, track.rotation[t]);
     for (size_t i = 1; i < map.bodies.size(); ++i) {
       const MappedBody& body = map.bodies[i];
       const double angle = motion::AngleBetween(

@@ -41,8 +41,9 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
 ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
                       const SkeletonMap& map, const mjModel& model);
 
-// Angles between the source's joint rotations, as the file has them, and those
-// that the hinges of `motion` make: largest and mean over joints and frames.
+// Angles between the joint rotations of the track and those that the hinges of
+// `motion` make: largest and mean over joints and frames. What closing the loop
+// changed before is SourceTrack::seam_max_rad.
 struct JointFitError {
   double max_rad = 0;
   double mean_rad = 0;

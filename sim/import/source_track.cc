@@ -117,7 +117,6 @@ SourceTrack MakeTrack(const SourceClip& clip, double rate) {
       motion::SampleTimes(clip.duration(), rate, clip.loops);
   track.retiming = (samples[1] - samples[0]) * rate;
   std::vector<SourcePose> poses = clip.poses;
-  track.original_rotation = SampleRotations(poses, Times(poses), samples);
   if (clip.loops) {
     const CycleMotion cycle = FindCycle(clip);
     track.cycle = {cycle.shift.x(), cycle.shift.y(), cycle.yaw};

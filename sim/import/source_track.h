@@ -24,8 +24,6 @@ struct SourceTrack {
   std::vector<Eigen::Vector3d> root_position;
   // [frames][joints] parent-relative, continuous in sign.
   std::vector<std::vector<Eigen::Quaterniond>> rotation;
-  // The same without the closing of the loop: what the file says.
-  std::vector<std::vector<Eigen::Quaterniond>> original_rotation;
   // Speed of the track over the file's, from rounding to whole frames; 1: same.
   double retiming = 1;
   // Largest rotation between a joint's last key and its first (less the cycle),

@@ -1,0 +1,440 @@
+#include "learner/ppo/ppo_learner.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "common/digest.h"
+#include "common/policy/safetensors.h"
+#include "common/segment/segment_layout.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "google/protobuf/text_format.h"
+#include "gtest/gtest.h"
+#include "learner/ppo/testing/synthetic_segments.h"
+#include "learner/torch/runtime.h"
+
+namespace sinew::learner {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::MakeSyntheticSegments;
+using testing::MeanActionError;
+using testing::Pointers;
+using testing::SyntheticProblem;
+
+// Small networks and eager steps, on 8 orders x 8 environments x 32 steps.
+v1::Recipe MakeRecipe(const std::string& overrides = "") {
+  v1::Recipe recipe;
+  const std::string text =
+      R"pb(
+        format_version: 1
+        name: "synthetic"
+        seed: 7
+        network {
+          policy_hidden: [ 32, 32 ]
+          value_hidden: [ 32, 32 ]
+          initial_std: 0.3
+        }
+        rollouts { environments: 64 horizon: 32 environments_per_order: 8 }
+        ppo {
+          discount: 0.1
+      epochs: 3
+          minibatch: 512
+          shards: 2
+          policy_learning_rate: 3e-3
+          value_learning_rate: 3e-3
+        }
+      )pb" +
+      overrides;
+  EXPECT_TRUE(google::protobuf::TextFormat::MergeFromString(text, &recipe));
+  return recipe;
+}
+
+std::unique_ptr<PpoLearner> MakeLearner(const v1::Recipe& recipe,
+                                        int ranks = 2) {
+  const SyntheticProblem problem;
+  auto learner = PpoLearner::Create(
+      recipe, {.observation_width = static_cast<int>(problem.observation_width),
+               .action_width = static_cast<int>(problem.action_width),
+               .ranks = ranks});
+  EXPECT_THAT(learner.status(), IsOk());
+  return *std::move(learner);
+}
+
+std::vector<v1::Segment> Collect(const PpoLearner& learner, int64_t iteration,
+                                 const SyntheticProblem& problem = {}) {
+  return MakeSyntheticSegments(problem, learner.graph(), learner.weights(),
+                               iteration);
+}
+
+UpdateStatistics UpdateOnce(PpoLearner& learner, int64_t iteration,
+                            const SyntheticProblem& problem = {}) {
+  const std::vector<v1::Segment> segments =
+      Collect(learner, iteration, problem);
+  auto statistics = learner.Update(Pointers(segments), iteration);
+  EXPECT_THAT(statistics.status(), IsOk());
+  return *statistics;
+}
+
+// Digest of all bits of a learner.
+std::string Bits(const PpoLearner& learner) {
+  v1::TrainingState state;
+  learner.SaveCounters(state);
+  return Sha256Hex(SerializeSafetensors(learner.SaveTensors()) +
+                   state.SerializeAsString());
+}
+
+// Overwrites element `index` of a float32 column.
+void Poke(v1::Segment& segment, absl::string_view name, size_t index,
+          float value) {
+  for (v1::Tensor& tensor : *segment.mutable_columns()) {
+    if (tensor.name() != name) continue;
+    tensor.mutable_data()->replace(index * sizeof(float), sizeof(float),
+                                   reinterpret_cast<const char*>(&value),
+                                   sizeof(float));
+  }
+}
+
+TEST(PpoLearner, SolvesASyntheticProblem) {
+  const auto learner = MakeLearner(MakeRecipe());
+  const double error_before = MeanActionError(Collect(*learner, 1000));
+  UpdateStatistics first, last;
+
+  for (int64_t i = 0; i < 60; ++i) {
+    last = UpdateOnce(*learner, i);
+    if (i == 0) first = last;
+  }
+
+  const double error_after = MeanActionError(Collect(*learner, 1000));
+  EXPECT_GT(error_before, 0.2);
+  EXPECT_LT(error_after, 0.02);
+  // The best possible mean is that of exp(-|0.3 z|^2 / 2) over 3 actions:
+  // (1 + 0.09)^-1.5 = 0.879.
+  EXPECT_LT(first.reward_mean, 0.7);
+  EXPECT_GT(last.reward_mean, 0.84);
+  EXPECT_LT(last.reward_mean, 0.9);
+  EXPECT_EQ(last.samples, 2048);
+  EXPECT_EQ(last.non_finite, 0);
+}
+
+TEST(PpoLearner, RanksDoNotChangeABit) {
+  const auto one = MakeLearner(MakeRecipe(), /*ranks=*/1);
+  const auto two = MakeLearner(MakeRecipe(), /*ranks=*/2);
+  const auto three = MakeLearner(MakeRecipe(), /*ranks=*/3);
+
+  for (int64_t i = 0; i < 3; ++i) {
+    UpdateOnce(*one, i);
+    UpdateOnce(*two, i);
+    UpdateOnce(*three, i);
+  }
+
+  EXPECT_EQ(Bits(*one), Bits(*two));
+  EXPECT_EQ(Bits(*one), Bits(*three));
+}
+
+TEST(PpoLearner, ShardsChangeResultsInTheLastBitsOnly) {
+  const auto one = MakeLearner(MakeRecipe("ppo { shards: 1 }"));
+  const auto four = MakeLearner(MakeRecipe("ppo { shards: 4 }"));
+
+  UpdateOnce(*one, 0);
+  UpdateOnce(*four, 0);
+
+  const TensorMap a = one->weights(), b = four->weights();
+  for (const auto& [name, tensor] : a) {
+    for (int64_t i = 0; i < tensor.num_elements(); ++i) {
+      // 12 steps of Adam of up to 3e-3 each.
+      ASSERT_NEAR(tensor.float32()[i], b.at(name).float32()[i], 2e-3) << name;
+    }
+  }
+}
+
+TEST(PpoLearner, SavedLoadedAndUpdatedGivesTheSameBits) {
+  const v1::Recipe recipe = MakeRecipe("ppo { kl_target: 0.01 }");
+  const auto learner = MakeLearner(recipe);
+  learner->SetFactors(0.8, 0.7);
+  for (int64_t i = 0; i < 4; ++i) UpdateOnce(*learner, i);
+  const TensorMap tensors = learner->SaveTensors();
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  for (int64_t i = 4; i < 6; ++i) UpdateOnce(*learner, i);
+
+  const auto resumed = MakeLearner(recipe, /*ranks=*/1);
+  ASSERT_THAT(resumed->Load(tensors, state), IsOk());
+  for (int64_t i = 4; i < 6; ++i) UpdateOnce(*resumed, i);
+
+  EXPECT_EQ(Bits(*resumed), Bits(*learner));
+}
+
+TEST(PpoLearner, StopsItsEpochsOnceKlIsTooLarge) {
+  const std::string eager =
+      "ppo { epochs: 6 policy_learning_rate: 0.03 kl_stop: ";
+  const auto stopped = MakeLearner(MakeRecipe(eager + "0.02 }"));
+  const auto free = MakeLearner(MakeRecipe(eager + "1e9 }"));
+
+  const UpdateStatistics with_stop = UpdateOnce(*stopped, 0);
+  const UpdateStatistics without = UpdateOnce(*free, 0);
+
+  EXPECT_LT(with_stop.epochs, 6);
+  EXPECT_GE(with_stop.epochs, 1);
+  EXPECT_GT(with_stop.kl, 0.02);
+  EXPECT_EQ(without.epochs, 6);
+  // 4 minibatches an epoch, no step after the stop.
+  v1::TrainingState state;
+  stopped->SaveCounters(state);
+  EXPECT_EQ(state.policy_optimiser_step(), 4 * with_stop.epochs);
+}
+
+TEST(PpoLearner, ReportsNoKlBeforeItHasLearned) {
+  // With a vanishing rate the policy stays what has acted: KL and clip
+  // fraction are 0 up to the difference of the two back ends.
+  const auto learner =
+      MakeLearner(MakeRecipe("ppo { policy_learning_rate: 1e-12 epochs: 1 }"));
+
+  const UpdateStatistics statistics = UpdateOnce(*learner, 0);
+
+  EXPECT_NEAR(statistics.kl, 0, 1e-8);
+  EXPECT_EQ(statistics.clip_fraction, 0);
+  // Entropy of 3 Gaussians: 3 (ln 0.3 + (1 + ln 2 pi) / 2) = 0.6449.
+  EXPECT_NEAR(statistics.entropy, 0.6449, 1e-3);
+}
+
+TEST(PpoLearner, AdaptsThePolicyLearningRateToKl) {
+  const auto fast = MakeLearner(MakeRecipe("ppo { kl_target: 1e-6 }"));
+  const auto slow = MakeLearner(MakeRecipe("ppo { kl_target: 1e3 }"));
+
+  for (int64_t i = 0; i < 2; ++i) {
+    UpdateOnce(*fast, i);
+    UpdateOnce(*slow, i);
+  }
+
+  EXPECT_NEAR(UpdateOnce(*fast, 2).policy_learning_rate, 3e-3 / 2.25, 1e-9);
+  EXPECT_NEAR(UpdateOnce(*slow, 2).policy_learning_rate, 3e-3 * 2.25, 1e-9);
+  for (int64_t i = 3; i < 12; ++i) UpdateOnce(*slow, i);
+  const UpdateStatistics last = UpdateOnce(*slow, 12);
+  EXPECT_NEAR(last.policy_learning_rate, 3e-3 * 4, 1e-9);
+  EXPECT_NEAR(last.value_learning_rate, 3e-3, 1e-9);
+}
+
+TEST(PpoLearner, SkipsAndCountsMinibatchesWithNonFiniteLoss) {
+  const auto learner = MakeLearner(MakeRecipe("ppo { epochs: 2 }"));
+  std::vector<v1::Segment> segments = Collect(*learner, 0);
+  Poke(segments[3], column::kAction, 5,
+       std::numeric_limits<float>::quiet_NaN());
+
+  const auto statistics = learner->Update(Pointers(segments), 0);
+
+  ASSERT_THAT(statistics.status(), IsOk());
+  EXPECT_EQ(statistics->non_finite, 2);  // the row's minibatch in each epoch
+  EXPECT_TRUE(std::isfinite(statistics->policy_loss));
+  EXPECT_THAT(CheckFinite(learner->SaveTensors(), "learner"), IsOk());
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  EXPECT_EQ(state.policy_optimiser_step(), 2 * 4 - 2);
+}
+
+TEST(PpoLearner, InvalidRowsHaveNoEffect) {
+  const SyntheticProblem problem = {.invalid_share = 0.1};
+  const auto learner = MakeLearner(MakeRecipe());
+  const auto other = MakeLearner(MakeRecipe());
+  std::vector<v1::Segment> segments = Collect(*learner, 0, problem);
+  std::vector<v1::Segment> altered = segments;
+  int64_t invalid = 0;
+  for (v1::Segment& segment : altered) {
+    const std::string valid = FindColumn(segment, column::kValid)->data();
+    for (size_t row = 0; row < valid.size(); ++row) {
+      if (valid[row] != 0) continue;
+      ++invalid;
+      Poke(segment, column::kAction, row * 3, 77);
+      Poke(segment, column::kActionMean, row * 3, -5);
+      Poke(segment, column::kLogProbability, row, 1);
+      Poke(segment, column::kBodyDistance, row, 9);
+    }
+  }
+
+  const auto a = learner->Update(Pointers(segments), 0);
+  const auto b = other->Update(Pointers(altered), 0);
+
+  ASSERT_THAT(a.status(), IsOk());
+  ASSERT_THAT(b.status(), IsOk());
+  EXPECT_GT(invalid, 100);
+  EXPECT_EQ(a->samples, 2048 - invalid);
+  EXPECT_EQ(a->body_distance_mean_m, b->body_distance_mean_m);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  EXPECT_EQ(state.normaliser_count(), 2048 - invalid);
+  EXPECT_EQ(Bits(*learner), Bits(*other));
+}
+
+TEST(PpoLearner, NormaliserLearnsTheObservationsAfterTheUpdate) {
+  const auto learner = MakeLearner(MakeRecipe());
+  TensorMap weights = learner->weights();
+  for (const float mean : weights.at("normaliser/mean").float32()) {
+    EXPECT_EQ(mean, 0);
+  }
+
+  UpdateOnce(*learner, 0);
+
+  weights = learner->weights();
+  // 2048 rows of N(3, 2^2).
+  for (const float mean : weights.at("normaliser/mean").float32()) {
+    EXPECT_NEAR(mean, 3, 0.2);
+  }
+  for (const float inverse : weights.at("normaliser/inverse_std").float32()) {
+    EXPECT_NEAR(inverse, 0.5, 0.03);
+  }
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  EXPECT_EQ(state.normaliser_count(), 2048);
+}
+
+TEST(PpoLearner, FactorsChangeNoiseAndRates) {
+  const auto learner = MakeLearner(MakeRecipe());
+
+  learner->SetFactors(/*std_factor=*/0.5, /*learning_rate_factor=*/0.1);
+  const UpdateStatistics statistics = UpdateOnce(*learner, 0);
+
+  const TensorMap weights = learner->weights();
+  for (const float std : weights.at("policy/std").float32()) {
+    EXPECT_FLOAT_EQ(std, 0.15f);
+  }
+  EXPECT_NEAR(statistics.policy_learning_rate, 3e-4, 1e-9);
+  EXPECT_NEAR(statistics.value_learning_rate, 3e-4, 1e-9);
+  EXPECT_EQ(statistics.std_factor, 0.5);
+}
+
+TEST(PpoLearner, CountsTheFlopsOfItsProducts) {
+  const auto learner =
+      MakeLearner(MakeRecipe("ppo { epochs: 1 kl_stop: 1e9 }"));
+  const SyntheticProblem problem = {.truncated_share = 0};
+
+  const UpdateStatistics statistics = UpdateOnce(*learner, 0, problem);
+
+  // Multiply-adds a row: policy 6*32 + 32*32 + 32*3 = 1312, critic
+  // 6*32 + 32*32 + 32 = 1248; backwards twice that but once for the first
+  // layer (192): 2432 and 2304.
+  const double per_row = 2.0 * (1312 + 2432 + 1248 + 2304);
+  const double values = 2.0 * 1248 * (2048 + 64);  // 8 x 8 boundary rows
+  const double kl = 2.0 * 1312 * 512;
+  EXPECT_EQ(statistics.flops, 2048 * per_row + values + kl);
+}
+
+TEST(PpoLearner, StartsFromAnotherRunsWeights) {
+  const auto trained = MakeLearner(MakeRecipe());
+  for (int64_t i = 0; i < 20; ++i) UpdateOnce(*trained, i);
+  trained->SetFactors(0.5, 1);
+  TensorMap bundle = trained->weights();
+  std::erase_if(
+      bundle, [](const auto& one) { return one.first.starts_with("critic"); });
+  const auto learner = MakeLearner(MakeRecipe());
+
+  ASSERT_THAT(learner->InitFrom(bundle), IsOk());
+
+  EXPECT_NEAR(MeanActionError(Collect(*learner, 1000)),
+              MeanActionError(Collect(*trained, 1000)), 1e-9);
+  // Exploration is the recipe's own; the normaliser goes on from the bundle's.
+  EXPECT_FLOAT_EQ(learner->weights().at("policy/std").float32()[0], 0.3f);
+  UpdateOnce(*learner, 0);
+  EXPECT_NEAR(learner->weights().at("normaliser/mean").float32()[0],
+              bundle.at("normaliser/mean").float32()[0], 5e-3);
+}
+
+TEST(PpoLearner, RefusesWeightsOfOtherNetworks) {
+  const auto learner = MakeLearner(MakeRecipe());
+  const std::string before = Bits(*learner);
+  const TensorMap wide = {
+      {"policy/linear_0/weight", HostTensor::Zeros({64, 6})}};
+
+  EXPECT_THAT(learner->InitFrom(wide),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("policy/linear_0/weight"),
+                             HasSubstr("expected shape [32, 6]"),
+                             HasSubstr("found [64, 6]"))));
+  EXPECT_THAT(learner->InitFrom({{"other", HostTensor::Zeros({1})}}),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_EQ(Bits(*learner), before);
+}
+
+TEST(PpoLearner, RefusesSegmentsThatDoNotFit) {
+  const auto learner = MakeLearner(MakeRecipe());
+  const std::string before = Bits(*learner);
+  std::vector<v1::Segment> segments = Collect(*learner, 0);
+  segments[2].mutable_columns(0)->set_shape(2, 7);
+
+  EXPECT_THAT(learner->Update(Pointers(segments), 0).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("order 2"), HasSubstr("observation"))));
+  segments = Collect(*learner, 0);
+  segments[1].mutable_columns()->DeleteSubrange(1, 1);
+  EXPECT_THAT(
+      learner->Update(Pointers(segments), 0).status(),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("order 1")));
+  segments = Collect(*learner, 0);
+  segments.pop_back();
+  EXPECT_THAT(
+      learner->Update(Pointers(segments), 0).status(),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               AllOf(HasSubstr("ppo.minibatch = 512"), HasSubstr("1792"))));
+  EXPECT_THAT(learner->Update({}, 0).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_EQ(Bits(*learner), before);
+}
+
+TEST(PpoLearner, RefusesADamagedTrainingState) {
+  const auto learner = MakeLearner(MakeRecipe());
+  UpdateOnce(*learner, 0);
+  const TensorMap tensors = learner->SaveTensors();
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  const std::string before = Bits(*learner);
+
+  for (const auto& [name, tensor] : tensors) {
+    TensorMap damaged = tensors;
+    damaged.erase(name);
+    EXPECT_THAT(learner->Load(damaged, state),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(name)));
+  }
+  TensorMap damaged = tensors;
+  damaged.at("policy/mean/bias").mutable_float32()[0] = NAN;
+  EXPECT_THAT(learner->Load(damaged, state),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+  state.set_learning_rate_factor(-1);
+  EXPECT_THAT(learner->Load(tensors, state),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("learning_rate_factor")));
+  EXPECT_EQ(Bits(*learner), before);
+}
+
+TEST(PpoLearner, RefusesWhatTheMachineLacks) {
+  const PpoLearner::Options options = {.observation_width = 6,
+                                       .action_width = 3};
+  const CpuFeatures cpu = DetectCpu();
+  if (!cpu.avx512_bf16 && !cpu.amx_bf16) {
+    EXPECT_THAT(
+        PpoLearner::Create(MakeRecipe("ppo { bfloat16: true }"), options)
+            .status(),
+        StatusIs(absl::StatusCode::kFailedPrecondition,
+                 HasSubstr("ppo.bfloat16")));
+  }
+  if (!CheckDevice("cuda").ok()) {
+    EXPECT_THAT(
+        PpoLearner::Create(MakeRecipe("device: \"cuda\""), options).status(),
+        StatusIs(absl::StatusCode::kFailedPrecondition,
+                 HasSubstr("asked for \"cuda\"")));
+  }
+  EXPECT_THAT(
+      PpoLearner::Create(
+          MakeRecipe(), {.observation_width = 6, .action_width = 3, .ranks = 0})
+          .status(),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("ranks")));
+}
+
+}  // namespace
+}  // namespace sinew::learner

@@ -1,0 +1,21 @@
+#ifndef SINEW_TOOLS_SINEW_RESOURCES_H_
+#define SINEW_TOOLS_SINEW_RESOURCES_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew::tools {
+
+// A recipe by name (deploy/recipes/NAME.textproto, in the binary's runfiles or
+// the source tree) or by path, with `--set` assignments applied, defaults
+// filled, checked. INVALID_ARGUMENT, NOT_FOUND (lists where was looked).
+absl::StatusOr<v1::Recipe> LoadRecipe(
+    const std::string& name_or_path,
+    const std::vector<std::string>& assignments);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_SINEW_RESOURCES_H_
