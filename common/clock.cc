@@ -27,9 +27,8 @@ bool Clock::SleepFor(absl::Duration duration, const std::stop_token& stop) {
 }
 
 Clock::TimePoint Clock::After(absl::Duration duration) const {
-  return SteadyNow() +
-         absl::ToChronoNanoseconds(
-             std::clamp(duration, -kLongestWait, kLongestWait));
+  return SteadyNow() + absl::ToChronoNanoseconds(
+                           std::clamp(duration, -kLongestWait, kLongestWait));
 }
 
 double Clock::WallSeconds() const {

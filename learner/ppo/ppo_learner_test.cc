@@ -15,7 +15,7 @@
 #include "gmock/gmock.h"
 #include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
-#include "learner/ppo/testing/synthetic_segments.h"
+#include "learner/ppo/synthetic_segments.h"
 #include "learner/torch/runtime.h"
 
 namespace sinew::learner {
@@ -25,10 +25,6 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::MakeSyntheticSegments;
-using testing::MeanActionError;
-using testing::Pointers;
-using testing::SyntheticProblem;
 
 // Small networks and eager steps, on 8 orders x 8 environments x 32 steps.
 v1::Recipe MakeRecipe(const std::string& overrides = "") {

@@ -45,7 +45,8 @@ class Replay {
   virtual absl::Status Open(const v1::OpenRequest& request) = 0;
 
   // Puts one serialised segment and waits for the verdict: while the table has
-  // no room, up to `timeout` (DEADLINE_EXCEEDED: not put).
+  // no room, up to `timeout`. After DEADLINE_EXCEEDED a peer may have taken it
+  // all the same; putting it again is harmless (VERDICT_DUPLICATE).
   virtual absl::StatusOr<v1::PutSegmentResponse> Put(
       const std::string& run_id, int64_t order_id, absl::string_view bytes,
       absl::Duration timeout) = 0;

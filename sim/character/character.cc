@@ -42,10 +42,9 @@ absl::StatusOr<std::unique_ptr<Character>> Character::Load(
   SINEW_ASSIGN_OR_RETURN(Source source, ReadSource(name_or_path));
   std::unique_ptr<Character> character(new Character);
   character->proto_ = std::move(source.proto);
-  SINEW_ASSIGN_OR_RETURN(
-      character->model_,
-      CompileModel(source.model_path, character->proto_, physics,
-                   Purpose::kPhysics));
+  SINEW_ASSIGN_OR_RETURN(character->model_,
+                         CompileModel(source.model_path, character->proto_,
+                                      physics, Purpose::kPhysics));
   SINEW_RETURN_IF_ERROR(character->Resolve(source.path));
   return character;
 }
@@ -99,8 +98,6 @@ std::string Character::model_binary() const {
   return binary;
 }
 
-std::string Character::character_text() const {
-  return PrintCharacter(proto_);
-}
+std::string Character::character_text() const { return PrintCharacter(proto_); }
 
 }  // namespace sinew::character

@@ -5,11 +5,11 @@
 
 #include <memory>
 #include <string>
-#include "absl/strings/string_view.h"
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/model_ptr.h"

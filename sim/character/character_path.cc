@@ -20,6 +20,10 @@ constexpr char kModels[] = "sim/character/models";
 // Folders that correspond to the root of the workspace.
 std::vector<std::string> WorkspaceRoots() {
   std::vector<std::string> roots;
+  // Set where one program of ours starts another.
+  if (const char* runfiles = std::getenv("RUNFILES_DIR")) {
+    roots.push_back(JoinPath(runfiles, "sinew"));
+  }
   if (const char* runfiles = std::getenv("TEST_SRCDIR")) {
     const char* workspace = std::getenv("TEST_WORKSPACE");
     roots.push_back(JoinPath(runfiles, workspace ? workspace : "sinew"));
@@ -41,13 +45,14 @@ std::vector<std::string> WorkspaceRoots() {
   return roots;
 }
 
+std::vector<std::string> EnvironmentFolders() {
+  const char* folders = std::getenv("SINEW_CHARACTERS");
+  return absl::StrSplit(folders == nullptr ? "" : folders, ':',
+                        absl::SkipEmpty());
+}
+
 std::vector<std::string> SearchFolders() {
-  std::vector<std::string> folders;
-  if (const char* extra = std::getenv("SINEW_CHARACTERS")) {
-    for (absl::string_view folder : absl::StrSplit(extra, ':', absl::SkipEmpty())) {
-      folders.emplace_back(folder);
-    }
-  }
+  std::vector<std::string> folders = EnvironmentFolders();
   for (const std::string& root : WorkspaceRoots()) {
     folders.push_back(JoinPath(root, kModels));
   }
@@ -79,23 +84,25 @@ absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
   if (absl::StartsWith(model_file, "@")) {
     const std::string in_runfiles =
         absl::StrReplaceAll(model_file.substr(1), {{"//", "/"}});
+    for (const std::string& folder : EnvironmentFolders()) {
+      tried.push_back(JoinPath(folder, in_runfiles));
+    }
     for (const std::string& root : WorkspaceRoots()) {
       // Other repositories lie below external/ and beside the workspace.
       tried.push_back(JoinPath(JoinPath(root, "external"), in_runfiles));
       tried.push_back(JoinPath(JoinPath(root, ".."), in_runfiles));
     }
   } else {
-    tried.push_back(JoinPath(
-        std::filesystem::path(character_path).parent_path().string(),
-        model_file));
+    tried.push_back(
+        JoinPath(std::filesystem::path(character_path).parent_path().string(),
+                 model_file));
   }
   for (const std::string& path : tried) {
     if (FileExists(path)) return path;
   }
-  return absl::NotFoundError(absl::StrCat("character ", character_path,
-                                          ": model_file ", model_file,
-                                          " not found, looked for ",
-                                          absl::StrJoin(tried, ", ")));
+  return absl::NotFoundError(
+      absl::StrCat("character ", character_path, ": model_file ", model_file,
+                   " not found, looked for ", absl::StrJoin(tried, ", ")));
 }
 
 }  // namespace sinew::character

@@ -15,8 +15,9 @@ namespace sinew::character {
 absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path);
 
 // The MJCF that a character names: a path relative to its text proto, or
-// "@REPOSITORY//PATH" for a file that the build fetches, looked for in the
-// runfiles. NOT_FOUND lists where was looked.
+// "@REPOSITORY//PATH" for a file that the build fetches, looked for as
+// REPOSITORY/PATH in the folders of $SINEW_CHARACTERS and in the runfiles.
+// NOT_FOUND lists where was looked.
 absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
                                           const std::string& model_file);
 

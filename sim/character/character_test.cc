@@ -3,12 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
-#include "sim/character/gains.h"
 
 namespace sinew::character {
 namespace {
@@ -27,10 +24,12 @@ std::unique_ptr<Character> LoadHumanoid(
 }
 
 // A folder with a character of one leg whose parts a test may replace.
-constexpr char kModel[] = R"(<mujoco><worldbody><body name="root">
+constexpr char kModel[] =
+    R"(<mujoco><compiler angle="radian"/><worldbody><body name="root">
   <freejoint/><geom size="0.1"/>
-  <body name="leg" pos="0 0 -0.3"><joint name="knee" axis="0 1 0"/>
-    <geom name="sole" size="0.05"/></body></body></worldbody></mujoco>)";
+  <body name="leg" pos="0 0 -0.3">
+    <joint name="knee" type="hinge" axis="0 1 0" range="-1 1"/>
+    <geom name="sole" size="0.05" mass="1"/></body></body></worldbody></mujoco>)";
 constexpr char kText[] = R"(format_version: 1 name: "hopper"
   model_file: "m.xml" head_body: "root" standing_root_height: 0.4
   actuator_law { derivation: "test" } feet { body: "leg" }
@@ -38,9 +37,9 @@ constexpr char kText[] = R"(format_version: 1 name: "hopper"
 
 absl::StatusOr<std::unique_ptr<Character>> LoadFrom(const std::string& text,
                                                     const std::string& model) {
-  const std::string folder = JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const std::string folder =
+      JoinPath(::testing::TempDir(),
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
   EXPECT_THAT(MakeDirectories(folder), IsOk());
   EXPECT_THAT(WriteFileAtomically(JoinPath(folder, "m.xml"), model), IsOk());
   const std::string path = JoinPath(folder, "character.textproto");
@@ -53,62 +52,6 @@ std::string Replaced(std::string text, const std::string& from,
   const size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos);
   return text.replace(at, from.size(), to);
-}
-
-TEST(Humanoid, HasFifteenBodiesAndTwentyEightHinges) {
-  const auto humanoid = LoadHumanoid();
-
-  EXPECT_EQ(humanoid->model()->nbody, 1 + 15);
-  EXPECT_EQ(humanoid->joints().size(), 28u);
-  EXPECT_EQ(humanoid->tracked().size(), 15u);
-  EXPECT_EQ(humanoid->terminating().size(), 13u);  // all but two feet
-}
-
-TEST(Humanoid, WeighsSixtyEightKilogramsAndStandsOnItsSoles) {
-  const auto humanoid = LoadHumanoid();
-  const mjModel& model = *humanoid->model();
-  const DataPtr data(mj_makeData(&model));
-  mj_forward(&model, data.get());
-
-  EXPECT_NEAR(humanoid->total_mass(), 68, 0.01);
-  for (const std::vector<int>& geoms : humanoid->foot_geoms()) {
-    ASSERT_EQ(geoms.size(), 1u);
-    const double sole = data->geom_xpos[3 * geoms[0] + 2] -
-                        model.geom_size[3 * geoms[0] + 2];
-    EXPECT_NEAR(sole, 0, 1e-3);
-  }
-  const int head = humanoid->head_body();
-  const double crown = data->xpos[3 * head + 2] + 0.1272 + 0.11;
-  EXPECT_NEAR(crown, 1.70, 0.01);
-}
-
-TEST(Humanoid, IsSymmetric) {
-  const auto humanoid = LoadHumanoid();
-  const mjModel& model = *humanoid->model();
-
-  for (const v1::MirrorPair& pair : humanoid->proto().mirror_bodies()) {
-    const int left = mj_name2id(&model, mjOBJ_BODY, pair.left().c_str());
-    const int right = mj_name2id(&model, mjOBJ_BODY, pair.right().c_str());
-    EXPECT_EQ(model.body_mass[left], model.body_mass[right]) << pair.left();
-    for (int i = 0; i < 3; ++i) {
-      const double sign = i == 1 ? -1 : 1;
-      EXPECT_EQ(model.body_pos[3 * left + i],
-                sign * model.body_pos[3 * right + i])
-          << pair.left();
-    }
-  }
-}
-
-TEST(Humanoid, HasTheGainsThatTheRuleGives) {
-  const auto humanoid = LoadHumanoid();
-  const std::vector<Gains> gains =
-      ComputeGains(*humanoid->model(), humanoid->foot_bodies());
-
-  for (const JointInfo& joint : humanoid->joints()) {
-    const Gains& expected = gains[joint.joint_id];
-    EXPECT_NEAR(joint.stiffness, expected.stiffness, 0.06) << joint.name;
-    EXPECT_NEAR(joint.damping, expected.damping, 0.006) << joint.name;
-  }
 }
 
 TEST(Character, PutsGainDampingIntoTheModel) {
@@ -171,7 +114,7 @@ TEST(Character, RefusesBytesThatAreNoModel) {
   EXPECT_THAT(
       Character::FromAssets(humanoid->character_text(), "not a model", "asset"),
       StatusIs(absl::StatusCode::kInvalidArgument,
-               HasSubstr("expected a binary model of MuJoCo")));
+               HasSubstr("asset: expected a compiled model of MuJoCo ")));
 }
 
 TEST(Character, NamesWhereItLookedForAnUnknownOne) {
@@ -202,35 +145,129 @@ TEST_P(CharacterError, NamesFieldExpectedAndFound) {
   const std::string model =
       bad.in_model ? Replaced(kModel, bad.from, bad.to) : kModel;
 
-  EXPECT_THAT(LoadFrom(text, model),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr(bad.expected)));
+  EXPECT_THAT(
+      LoadFrom(text, model),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(bad.expected)));
 }
 
+constexpr bool kInText = false;
+constexpr bool kInModel = true;
+
 INSTANTIATE_TEST_SUITE_P(
-    All, CharacterError,
+    Text, CharacterError,
     ::testing::Values(
-        BadCharacter{"<geom size=\"0.1\"/>", "<geom size=\"-1\"/>", true,
-                     "m.xml: "},
-        BadCharacter{"<freejoint/>", "", true, "expected one free joint"},
-        BadCharacter{"format_version: 1", "format_version: 2", false,
+        BadCharacter{"format_version: 1", "format_version: 2", kInText,
                      "format_version: expected 1, found 2"},
-        BadCharacter{"name: \"knee\"", "name: \"hip\"", false,
-                     "no joint \"hip\" in the model"},
-        BadCharacter{"name=\"knee\"", "name=\"knee\" type=\"slide\"", true,
-                     "expected a hinge"},
-        BadCharacter{"stiffness: 10", "stiffness: -10", false,
-                     "joint knee stiffness: expected > 0, found -10"},
-        BadCharacter{"torque_limit: 5", "torque_limit: nan", false,
-                     "joint knee torque_limit: expected > 0"},
-        BadCharacter{"body: \"leg\"", "body: \"toe\"", false,
-                     "feet: no body \"toe\""},
-        BadCharacter{"head_body: \"root\"", "head_body: \"hat\"", false,
-                     "head_body: no body \"hat\""},
-        BadCharacter{"name: \"hopper\"", "name: \"Hop per\"", false,
-                     "expected [a-z0-9_]+"},
-        BadCharacter{"derivation: \"test\"", "", false,
-                     "actuator_law.derivation"}));
+        BadCharacter{"name: \"hopper\"", "name: \"Hop per\"", kInText,
+                     "name: expected lower-case letters, digits and _"},
+        BadCharacter{"model_file: \"m.xml\"", "", kInText,
+                     "model_file: expected a file"},
+        BadCharacter{"feet {", "feat {", kInText, "line 3, column"},
+        BadCharacter{"name: \"knee\"", "", kInText,
+                     "joints.name: expected a name"},
+        BadCharacter{"stiffness: 10", "stiffness: -10", kInText,
+                     "joint \"knee\": stiffness: expected a number > 0, found "
+                     "-10"},
+        BadCharacter{"damping: 1", "damping: -1", kInText,
+                     "joint \"knee\": damping: expected a number >= 0"},
+        BadCharacter{"torque_limit: 5", "torque_limit: nan", kInText,
+                     "joint \"knee\": torque_limit: expected a number > 0, "
+                     "found nan"},
+        BadCharacter{"torque_limit: 5", "torque_limit: 5 armature: -1", kInText,
+                     "joint \"knee\": armature: expected a number >= 0"},
+        BadCharacter{"standing_root_height: 0.4", "", kInText,
+                     "standing_root_height: expected a number > 0, found 0"},
+        BadCharacter{"derivation: \"test\"", "", kInText,
+                     "actuator_law.derivation: expected"},
+        BadCharacter{"feet { body: \"leg\" }", "", kInText,
+                     "feet: expected at least one, found 0"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Names, CharacterError,
+    ::testing::Values(
+        BadCharacter{"name: \"knee\"", "name: \"hip\"", kInText,
+                     "found \"hip\", which it does not have"},
+        BadCharacter{"torque_limit: 5", "torque_limit: 5 default_position: 9",
+                     kInText,
+                     "joint \"knee\": default_position: expected a value in "
+                     "[-1, 1], found 9"},
+        BadCharacter{"body: \"leg\"", "body: \"toe\"", kInText,
+                     "feet: expected a body of the model, found \"toe\""},
+        BadCharacter{"body: \"leg\"", "body: \"leg\" geoms: \"hat\"", kInText,
+                     "feet.geoms: expected colliding geoms of body \"leg\", "
+                     "found \"hat\""},
+        BadCharacter{"head_body: \"root\"", "head_body: \"hat\"", kInText,
+                     "head_body: expected a body of the model, found \"hat\""},
+        BadCharacter{"feet {", "tracked_bodies: \"leg\" feet {", kInText,
+                     "tracked_bodies: expected the root \"root\" first"},
+        BadCharacter{"feet {", "tracked_bodies: [\"root\", \"root\"] feet {",
+                     kInText,
+                     "tracked_bodies: expected each body once, found \"root\" "
+                     "again"},
+        BadCharacter{"feet {",
+                     "tracked_bodies: \"root\" "
+                     "termination_exempt_bodies: \"leg\" feet {",
+                     kInText,
+                     "termination_exempt_bodies: expected tracked bodies"},
+        BadCharacter{"feet {",
+                     "mirror_joints { left: \"knee\" right: \"hip\" sign: 1 } "
+                     "feet {",
+                     kInText,
+                     "mirror_joints: expected joints of the character, found "
+                     "\"hip\""},
+        BadCharacter{"feet {",
+                     "mirror_joints { left: \"knee\" right: \"knee\" } feet {",
+                     kInText, "sign: expected +1 or -1, found 0"},
+        BadCharacter{"feet {",
+                     "mirror_bodies { left: \"leg\" right: \"arm\" } feet {",
+                     kInText,
+                     "mirror_bodies: expected a body of the model, found "
+                     "\"arm\""}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Model, CharacterError,
+    ::testing::Values(
+        BadCharacter{"<mujoco>", "<mujoc>", kInModel,
+                     "m.xml: expected an MJCF model, found: "},
+        BadCharacter{"<geom size=\"0.1\"/>", "<geom size=\"-1\"/>", kInModel,
+                     "m.xml: expected a model that compiles, found: "},
+        BadCharacter{"<freejoint/>", "", kInModel,
+                     "model: expected one free joint, on the first body below "
+                     "the world, found 0 free joints"},
+        BadCharacter{"<worldbody>",
+                     "<worldbody><body name=\"ball\"><freejoint/><geom "
+                     "size=\"1\"/></body>",
+                     kInModel, "expected one tree of bodies below the world"},
+        BadCharacter{"<body name=\"leg\"", "<body", kInModel,
+                     "m.xml: expected a name for every body, found none for "
+                     "body 2 of 2"},
+        BadCharacter{"type=\"hinge\"", "type=\"slide\"", kInModel,
+                     "found \"knee\", which is no hinge"},
+        BadCharacter{"<geom name=\"sole\"",
+                     "<joint name=\"twist\"/><geom name=\"sole\"", kInModel,
+                     "joints: expected every hinge of the model, found none "
+                     "for \"twist\""},
+        BadCharacter{"<geom name=\"sole\"",
+                     "<joint name=\"push\" type=\"slide\"/><geom "
+                     "name=\"sole\"",
+                     kInModel,
+                     "model: expected hinges only below the root, found joint "
+                     "\"push\""},
+        BadCharacter{"<geom name=\"sole\"",
+                     "<geom contype=\"0\" conaffinity=\"0\" name=\"sole\"",
+                     kInModel,
+                     "feet: expected a body with colliding geoms, found "
+                     "\"leg\""}));
+
+TEST(Character, NamesAPhysicsFieldOutOfRange) {
+  v1::Physics physics = MakePhysics();
+  physics.set_friction(-1);
+
+  EXPECT_THAT(Character::Load("humanoid", physics),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "recipe field physics.friction: expected > 0, found "
+                       "-1"));
+}
 
 }  // namespace
 }  // namespace sinew::character

@@ -22,8 +22,8 @@ class FirstError : public google::protobuf::io::ErrorCollector {
   void AddError(int line, int column, const std::string& message) override {
     if (!text_.empty()) return;
     // Counted from 0 by the parser, from 1 by people.
-    text_ = absl::StrCat("line ", line + 1, ", column ", column + 1, ": ",
-                         message);
+    text_ =
+        absl::StrCat("line ", line + 1, ", column ", column + 1, ": ", message);
   }
   void AddWarning(int, int, const std::string&) override {}
 
@@ -36,8 +36,7 @@ class FirstError : public google::protobuf::io::ErrorCollector {
 absl::Status Bad(absl::string_view source, absl::string_view field,
                  absl::string_view expected, const absl::AlphaNum& found) {
   return absl::InvalidArgumentError(absl::StrCat(
-      source, ": ", field, ": expected ",
-      expected, ", found ", found));
+      source, ": ", field, ": expected ", expected, ", found ", found));
 }
 
 bool IsName(const std::string& name) {
@@ -62,12 +61,11 @@ absl::Status CheckJoint(absl::string_view source, const v1::Joint& joint) {
       {"armature", joint.armature(), 0, true},
   }};
   for (const Rule& rule : rules) {
-    const bool in_range = rule.inclusive ? rule.value >= rule.least
-                                         : rule.value > rule.least;
+    const bool in_range =
+        rule.inclusive ? rule.value >= rule.least : rule.value > rule.least;
     if (!std::isfinite(rule.value) || !in_range) {
       return Bad(source, field + rule.name,
-                 rule.inclusive ? "a number >= 0" : "a number > 0",
-                 rule.value);
+                 rule.inclusive ? "a number >= 0" : "a number > 0", rule.value);
     }
   }
   if (!std::isfinite(joint.default_position())) {
@@ -118,8 +116,8 @@ absl::Status Check(absl::string_view source, const v1::Character& character) {
                character.standing_root_height());
   }
   if (character.actuator_law().derivation().empty()) {
-    return Bad(source, "actuator_law.derivation",
-               "how the gains were derived", "\"\"");
+    return Bad(source, "actuator_law.derivation", "how the gains were derived",
+               "\"\"");
   }
   return absl::OkStatus();
 }
@@ -133,8 +131,7 @@ absl::StatusOr<v1::Character> ParseCharacter(absl::string_view text,
   parser.RecordErrorsTo(&error);
   v1::Character character;
   if (!parser.ParseFromString(std::string(text), &character)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(source, ": ", error.text()));
+    return absl::InvalidArgumentError(absl::StrCat(source, ": ", error.text()));
   }
   SINEW_RETURN_IF_ERROR(Check(source, character));
   return character;

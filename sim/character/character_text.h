@@ -2,9 +2,9 @@
 #define SINEW_SIM_CHARACTER_CHARACTER_TEXT_H_
 
 #include <string>
-#include "absl/strings/string_view.h"
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 
 namespace sinew::character {

@@ -28,9 +28,8 @@ bool TouchesThings(const mjModel& model, int geom) {
 
 absl::Status Resolver::Bad(absl::string_view field, absl::string_view expected,
                            absl::string_view found) const {
-  return absl::InvalidArgumentError(
-      absl::StrCat(source_, ": ", field, ": expected ",
-                   expected, ", found ", found));
+  return absl::InvalidArgumentError(absl::StrCat(
+      source_, ": ", field, ": expected ", expected, ", found ", found));
 }
 
 absl::StatusOr<int> Resolver::Body(absl::string_view field,
@@ -43,10 +42,10 @@ absl::StatusOr<int> Resolver::Body(absl::string_view field,
 absl::Status Resolver::CheckTree() const {
   for (int body = 1; body < model_.nbody; ++body) {
     if (model_.body_rootid[body] != 1 || model_.body_mocapid[body] >= 0) {
-      return Bad("model", "one tree of bodies below the world, none of mocap",
-                 absl::StrCat("body ", Quoted(mj_id2name(&model_, mjOBJ_BODY,
-                                                         body)),
-                              " outside it"));
+      return Bad(
+          "model", "one tree of bodies below the world, none of mocap",
+          absl::StrCat("body ", Quoted(mj_id2name(&model_, mjOBJ_BODY, body)),
+                       " outside it"));
     }
   }
   const int num_free = static_cast<int>(
@@ -84,10 +83,10 @@ absl::StatusOr<std::vector<JointInfo>> Resolver::Joints() const {
     const double lower = limited ? model_.jnt_range[2 * id] : -kInfinity;
     const double upper = limited ? model_.jnt_range[2 * id + 1] : kInfinity;
     if (joint.default_position() < lower || joint.default_position() > upper) {
-      return Bad(absl::StrCat("joint ", Quoted(joint.name()),
-                              ": default_position"),
-                 absl::StrCat("a value in [", lower, ", ", upper, "]"),
-                 absl::StrCat(joint.default_position()));
+      return Bad(
+          absl::StrCat("joint ", Quoted(joint.name()), ": default_position"),
+          absl::StrCat("a value in [", lower, ", ", upper, "]"),
+          absl::StrCat(joint.default_position()));
     }
     joints.push_back({.name = joint.name(),
                       .joint_id = id,
@@ -118,11 +117,11 @@ absl::StatusOr<std::vector<int>> Resolver::Tracked() const {
     tracked.push_back(body - 1);
   }
   if (tracked.front() != 0) {
-    return Bad("tracked_bodies",
-               absl::StrCat("the root ",
-                            Quoted(mj_id2name(&model_, mjOBJ_BODY, 1)),
-                            " first"),
-               Quoted(character_.tracked_bodies(0)));
+    return Bad(
+        "tracked_bodies",
+        absl::StrCat("the root ", Quoted(mj_id2name(&model_, mjOBJ_BODY, 1)),
+                     " first"),
+        Quoted(character_.tracked_bodies(0)));
   }
   return tracked;
 }

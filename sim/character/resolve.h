@@ -4,11 +4,11 @@
 #include <mujoco/mujoco.h>
 
 #include <string>
-#include "absl/strings/string_view.h"
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "proto/sinew/v1/character.pb.h"
 #include "sim/character/character.h"
 

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/character/character.h"
+#include "sim/character/model_ptr.h"
 #include "sim/import/import_model.h"
 
 namespace sinew::import {

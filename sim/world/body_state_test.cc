@@ -69,8 +69,7 @@ TEST(BodyReader, VelocitiesAreThoseOfFrameOriginsByFiniteDifferences) {
   const BodyState after = StateAfter(reader, model, dt);
 
   for (int b = 0; b < reader.num_bodies(); ++b) {
-    const Vector3d linear =
-        (after.position[b] - before.position[b]) / (2 * dt);
+    const Vector3d linear = (after.position[b] - before.position[b]) / (2 * dt);
     const AngleAxisd turn(after.rotation[b] * before.rotation[b].conjugate());
     const Vector3d angular = turn.axis() * turn.angle() / (2 * dt);
     EXPECT_LT((linear - now.linear_velocity[b]).norm(), 1e-6) << b;

@@ -12,7 +12,6 @@
 #include "absl/types/span.h"
 #include "common/random/philox.h"
 #include "proto/sinew/v1/recipe.pb.h"
-#include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
 #include "sim/world/action.h"

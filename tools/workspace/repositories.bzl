@@ -20,7 +20,7 @@ _CUDA_WHEELS = {
 }
 
 def sinew_repositories():
-    """Declares @system, @mujoco, @libtorch, @pybullet_data, @mjlab_g1."""
+    """Declares @system, @mujoco, @libtorch, @onnx_python, @pybullet_data, @mjlab_g1."""
     system_libraries(
         name = "system",
         build_file = "//tools/workspace:system.BUILD",
@@ -45,6 +45,28 @@ def sinew_repositories():
     )
 
     _libtorch()
+
+    # For tests and verification only, in a Python 3.11 child process.
+    pip_wheel(
+        name = "onnx_python",
+        build_file = "//tools/workspace:onnx_python.BUILD",
+        exclude = [
+            "*/tests/*",
+            "numpy/f2py/*",
+            "onnx/backend/test/*",
+            "onnxruntime/quantization/*",
+            "onnxruntime/tools/*",
+            "onnxruntime/transformers/*",
+        ],
+        wheels = {
+            "ml_dtypes==0.6.0": "6c8e39b53e90afda8ce52859c93de4dba3e02b76d85dcf091cc469f9184c6dae",
+            "numpy==2.4.6": "89cd468399cfd2504718f0ba50e410dca55a170b61a02ad92bb18c8a65186e93",
+            "onnx==1.23.2": "c03ecf6b835d136108eeaeeafbd0026fc7b3cf98661409fbc6b63d5a29361348",
+            "onnxruntime==1.32.0": "5a34fc4dfeb5a7b4a74c95dcba1e773d722abda720b474edf1b0c419dc6d163d",
+            "protobuf==7.36.2": "89f23aa53c24553a2416fd4fd1ec06f74fa42b14b546d8883128813f775bbfd2",
+            "typing_extensions==4.16.0": "481caa481374e813c1b176ada14e97f1f67a4539ce9cfeb3f350d78d6370c2e8",
+        },
+    )
 
     pip_wheel(
         name = "pybullet_data",

@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_TESTING_SYNTHETIC_SEGMENTS_H_
-#define SINEW_LEARNER_PPO_TESTING_SYNTHETIC_SEGMENTS_H_
+#ifndef SINEW_LEARNER_PPO_SYNTHETIC_SEGMENTS_H_
+#define SINEW_LEARNER_PPO_SYNTHETIC_SEGMENTS_H_
 
 #include <cstdint>
 #include <vector>
@@ -8,14 +8,14 @@
 #include "proto/sinew/v1/graph.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
-namespace sinew::learner::testing {
+namespace sinew::learner {
 
-// A problem that PPO solves in seconds: in every step an observation is drawn
-// from N(shift, scale^2), the right action is f(observation) = tanh(W
-// observation') with a fixed W and the standardised observation', and the
-// reward is exp(-|action - f|^2 / 2). Episodes end at random: some terminate,
-// some are truncated. Column "target" holds f, so the error of a policy can be
-// read off.
+// A made-up problem for tests and benchmarks, which PPO solves in seconds: in
+// every step an observation is drawn from N(shift, scale^2), the right action
+// is f(observation) = tanh(W observation') with a fixed W and the standardised
+// observation', and the reward is exp(-|action - f|^2 / 2). Episodes end at
+// random: some terminate, some are truncated. Column "target" holds f, so the
+// error of a policy can be read off.
 struct SyntheticProblem {
   uint64_t seed = 1;
   int64_t observation_width = 6;
@@ -42,6 +42,6 @@ std::vector<const v1::Segment*> Pointers(
 // Mean over rows and actions of (action_mean - f)^2.
 double MeanActionError(const std::vector<v1::Segment>& segments);
 
-}  // namespace sinew::learner::testing
+}  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_TESTING_SYNTHETIC_SEGMENTS_H_
+#endif  // SINEW_LEARNER_PPO_SYNTHETIC_SEGMENTS_H_

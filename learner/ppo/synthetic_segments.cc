@@ -1,4 +1,4 @@
-#include "learner/ppo/testing/synthetic_segments.h"
+#include "learner/ppo/synthetic_segments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include "common/random/philox.h"
 #include "common/segment/segment_layout.h"
 
-namespace sinew::learner::testing {
+namespace sinew::learner {
 namespace {
 
 constexpr float kShift = 3;
@@ -267,4 +267,4 @@ double MeanActionError(const std::vector<v1::Segment>& segments) {
   return sum / count;
 }
 
-}  // namespace sinew::learner::testing
+}  // namespace sinew::learner

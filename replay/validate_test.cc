@@ -1,0 +1,197 @@
+#include "replay/validate.h"
+
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "absl/status/status.h"
+#include "common/segment/segment_layout.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "replay/testing/segments.h"
+
+namespace sinew::replay {
+namespace {
+
+using Response = v1::PutSegmentResponse;
+using ::sinew::testing::EqualsProto;
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+
+// The verdict on a valid segment after a change.
+Response JudgeChanged(const std::function<void(v1::Segment&)>& change) {
+  v1::Segment segment = MakeSegment(7);
+  change(segment);
+  v1::Segment parsed;
+  return Judge(MakeExpectation(7), segment.SerializeAsString(), parsed);
+}
+
+v1::Tensor& Column(v1::Segment& segment, const std::string& name) {
+  for (v1::Tensor& column : *segment.mutable_columns()) {
+    if (column.name() == name) return column;
+  }
+  ADD_FAILURE() << "no column " << name;
+  return *segment.add_columns();
+}
+
+TEST(Judge, AcceptsWhatWasExpected) {
+  v1::Segment parsed;
+
+  const Response response =
+      Judge(MakeExpectation(7), MakeSegmentBytes(7), parsed);
+
+  EXPECT_EQ(response.verdict(), Response::VERDICT_ACCEPTED);
+  EXPECT_EQ(response.order_id(), 7);
+  EXPECT_THAT(parsed, EqualsProto(MakeSegment(7)));
+}
+
+TEST(Judge, RefusesBytesThatDoNotParse) {
+  v1::Segment parsed;
+  const std::string bytes = MakeSegmentBytes(7);
+
+  const Response response = Judge(
+      MakeExpectation(7), bytes.substr(0, bytes.size() / 2), parsed);
+
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_THAT(response.detail(), HasSubstr("do not parse"));
+}
+
+TEST(Judge, RefusesAnotherOrderRunOrIteration) {
+  Response response = JudgeChanged([](auto& s) { s.set_order_id(8); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(response.detail(), "order_id: expected 7, found 8");
+  response = JudgeChanged([](auto& s) { s.set_run_id("other"); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(response.detail(), "run_id: expected run, found other");
+  response = JudgeChanged([](auto& s) { s.set_iteration(3); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(response.detail(), "iteration: expected 0, found 3");
+}
+
+TEST(Judge, RefusesAStaleSnapshot) {
+  Response response = JudgeChanged([](auto& s) { s.set_snapshot_version(9); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_STALE);
+  EXPECT_EQ(response.detail(), "snapshot_version: expected 0, found 9");
+  response = JudgeChanged([](auto& s) { s.set_snapshot_sha256("ab"); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_STALE);
+  EXPECT_THAT(response.detail(), HasSubstr("found ab"));
+}
+
+TEST(Judge, RefusesAnotherLayout) {
+  Response response = JudgeChanged([](auto& s) { s.set_layout_sha256("x"); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_LAYOUT);
+  response = JudgeChanged([](auto& s) { s.mutable_columns()->RemoveLast(); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_LAYOUT);
+  response = JudgeChanged(
+      [](auto& s) { Column(s, "reward").mutable_data()->pop_back(); });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_LAYOUT);
+  EXPECT_THAT(response.detail(), HasSubstr("reward"));
+}
+
+TEST(Judge, RefusesAMissingEndState) {
+  const Response response =
+      JudgeChanged([](auto& s) { s.mutable_end_states()->RemoveLast(); });
+
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(response.detail(), "number of end_states: expected 2, found 1");
+}
+
+TEST(Judge, RefusesNumbersThatAreNotFinite) {
+  Response response = JudgeChanged([](auto& s) {
+    const float bad = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(Column(s, "reward").mutable_data()->data() + sizeof(bad), &bad,
+                sizeof(bad));
+  });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_THAT(response.detail(), HasSubstr("reward[1]"));
+  response = JudgeChanged([](auto& s) {
+    s.mutable_end_states(1)->set_physics(
+        0, std::numeric_limits<double>::infinity());
+  });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_THAT(response.detail(), HasSubstr("end_states[1]"));
+  response = JudgeChanged([](auto& s) {
+    s.add_episodes()->set_episode_return(
+        std::numeric_limits<double>::quiet_NaN());
+  });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_THAT(response.detail(), HasSubstr("episodes[0]"));
+}
+
+TEST(Judge, ChecksNoColumnsOfAnEvaluation) {
+  Expectation expectation = MakeExpectation(7);
+  expectation.expected.set_steps(0);
+  expectation.layout = nullptr;
+  v1::Segment segment = MakeSegment(7);
+  segment.clear_columns();
+  segment.clear_end_states();
+  segment.add_results()->set_frames(5);
+  v1::Segment parsed;
+
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).verdict(),
+            Response::VERDICT_ACCEPTED);
+}
+
+TEST(Judge, SurvivesEveryTruncationAndBitFlip) {
+  const std::string bytes = MakeSegmentBytes(7);
+  const Expectation expectation = MakeExpectation(7);
+
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    v1::Segment cut;
+    EXPECT_NE(Judge(expectation, bytes.substr(0, i), cut).verdict(),
+              Response::VERDICT_ACCEPTED);
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
+    v1::Segment parsed;
+    EXPECT_NE(Judge(expectation, flipped, parsed).verdict(),
+              Response::VERDICT_UNSPECIFIED);
+  }
+}
+
+TEST(CheckExpectation, NamesTheFieldThatIsWrong) {
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+  EXPECT_THAT(CheckExpectation(MakeExpectation(7)), IsOk());
+
+  Expectation wrong = MakeExpectation(7);
+  wrong.expected.set_environments(0);
+  EXPECT_THAT(CheckExpectation(wrong),
+              StatusIs(kInvalid, HasSubstr("open order 7: environments: "
+                                           "expected 1 to 2^20, found 0")));
+  wrong = MakeExpectation(7);
+  wrong.expected.set_steps(-1);
+  EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("steps")));
+  wrong = MakeExpectation(7);
+  wrong.expected.set_snapshot_sha256("no");
+  EXPECT_THAT(CheckExpectation(wrong),
+              StatusIs(kInvalid, HasSubstr("snapshot_sha256")));
+  wrong = MakeExpectation(7);
+  wrong.layout = nullptr;
+  EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("layout")));
+  wrong = MakeExpectation(7);
+  wrong.expected.set_layout_sha256("no");
+  EXPECT_THAT(CheckExpectation(wrong),
+              StatusIs(kInvalid, HasSubstr("layout_sha256")));
+}
+
+TEST(MaxSegmentBytes, BoundsEverySegmentEvenWhenAllStepsAreTruncated) {
+  // One environment more costs its states, its steps and its boundary row.
+  Expectation expectation = MakeExpectation(7);
+  const int64_t two = MaxSegmentBytes(expectation);
+  EXPECT_GE(two, static_cast<int64_t>(MakeSegmentBytes(7).size()));
+
+  v1::Segment segment = MakeSegment(7);
+  Column(segment, "truncated").set_data(std::string(6, '\1'));
+  Column(segment, "truncation_index").set_data(std::string(6 * 4, '\0'));
+  Column(segment, "truncation_observation").set_data(std::string(6 * 16, '\0'));
+  for (int i = 0; i < 6; ++i) {
+    segment.add_episodes()->set_steps(1);
+  }
+
+  EXPECT_GE(two, static_cast<int64_t>(segment.ByteSizeLong()));
+}
+
+}  // namespace
+}  // namespace sinew::replay
