@@ -29,12 +29,12 @@ class BlobClient : public BlobSource {
  public:
   struct Options {
     // Says who the peer is in errors, e.g. "checkpoint host:7002".
-    std::string peer;
+    std::string peer = {};
     int64_t max_bytes = int64_t{4} << 30;
     absl::Duration attempt_timeout = absl::Seconds(60);
     int attempts = 8;
-    rpc::BackoffOptions backoff;
-    std::stop_token stop;
+    rpc::BackoffOptions backoff = {};
+    std::stop_token stop = {};
   };
 
   BlobClient(std::shared_ptr<grpc::Channel> channel, Options options);

@@ -2,7 +2,6 @@
 #define SINEW_COMMON_CONFIG_RECIPE_H_
 
 #include <string>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -11,24 +10,36 @@
 
 namespace sinew {
 
-// Parses a recipe from text proto. Errors name the file, line and field.
+// From text to a recipe that may be run:
+//
+//   ParseRecipe -> SetRecipeField* -> WithDefaults -> ValidateRecipe
+//
+// Everything here is pure and thread-safe; nothing blocks.
+
+// Parses a recipe from text proto. INVALID_ARGUMENT names the file, line and
+// field (text_proto.h).
 absl::StatusOr<v1::Recipe> ParseRecipe(absl::string_view text,
                                        absl::string_view source);
 
-// Applies `--set path=value`, e.g. "ppo.epochs=3",
-// "network.policy_hidden=[512,256]", "task.action.ramp=true". Unknown path or
-// unparsable value: INVALID_ARGUMENT naming it and the nearest known field.
+// Applies `--set path=value`: "ppo.epochs=3", "task.action.ramp=true",
+// "network.policy_hidden=[512,256]", "task.start.rule=bins" (or RULE_BINS). An
+// empty list "[]" unsets. Unknown path or unparsable value: INVALID_ARGUMENT
+// naming it and what is known there; the recipe stays as it was.
 absl::Status SetRecipeField(v1::Recipe& recipe, absl::string_view assignment);
 
-// Fills unset fields with the defaults documented in recipe.proto.
+// Fills unset fields with the defaults documented in recipe.proto. Changes
+// nothing the second time.
 v1::Recipe WithDefaults(v1::Recipe recipe);
 
-// Checks a recipe whose defaults are filled: ranges, divisibility, and that it
-// cannot deadlock (lag, evaluation delay, bytes of one iteration against the
-// replay bound are checked by the learner once widths are known).
+// Checks a recipe whose defaults are filled: every range, that sizes divide,
+// and that it cannot deadlock (lag against evaluation delay; the bytes of one
+// iteration against the replay bound are checked by the learner once widths
+// are known). INVALID_ARGUMENT for the first violation: "recipe field PATH:
+// expected WHAT, found VALUE".
 absl::Status ValidateRecipe(const v1::Recipe& recipe);
 
-// Canonical text (all fields set, stable order), as config.textproto.
+// Canonical text, as in config.textproto: fields in the order of their
+// numbers, those at zero or unset left out. ParseRecipe gives the same recipe.
 std::string PrintRecipe(const v1::Recipe& recipe);
 
 }  // namespace sinew

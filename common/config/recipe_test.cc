@@ -1,22 +1,32 @@
 #include "common/config/recipe.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include <limits>
+#include <string>
+#include <vector>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "google/protobuf/descriptor.h"
+#include "google/protobuf/message.h"
+#include "gtest/gtest.h"
 
 namespace sinew {
 namespace {
 
+using ::google::protobuf::FieldDescriptor;
+using ::google::protobuf::Message;
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-v1::Recipe MakeRecipe() { return WithDefaults(v1::Recipe()); }
-
-v1::Recipe MakeRecipe(const std::vector<std::string>& assignments) {
-  v1::Recipe recipe = MakeRecipe();
+v1::Recipe MakeRecipe(const std::vector<std::string>& assignments = {}) {
+  v1::Recipe recipe = WithDefaults(v1::Recipe());
   for (const std::string& assignment : assignments) {
     EXPECT_THAT(SetRecipeField(recipe, assignment), IsOk());
   }
@@ -27,103 +37,218 @@ TEST(Recipe, WithDefaultsIsValid) {
   EXPECT_THAT(ValidateRecipe(MakeRecipe()), IsOk());
 }
 
+TEST(Recipe, HasTheDefaultsOfItsComments) {
+  const v1::Recipe recipe = MakeRecipe();
+
+  EXPECT_EQ(recipe.physics().physics_hz(), 120);
+  EXPECT_EQ(recipe.task().action().range_margin(), 1.5);
+  EXPECT_EQ(recipe.task().start().uniform_share(), 0.1);
+  EXPECT_THAT(recipe.task().reward(),
+              EqualsProto("position_weight: 0.5 rotation_weight: 0.3 "
+                          "linear_velocity_weight: 0.1 "
+                          "angular_velocity_weight: 0.1 position_kernel: 100 "
+                          "rotation_kernel: 10 linear_velocity_kernel: 0.1 "
+                          "angular_velocity_kernel: 0.1"));
+  EXPECT_THAT(
+      recipe.task().observation(),
+      EqualsProto("blocks: BLOCK_SELF_JOINT_SPACE "
+                  "blocks: BLOCK_REFERENCE_DIFFERENCE frames_ahead: 1"));
+  EXPECT_THAT(recipe.network().value_hidden(), ElementsAre(256, 256));
+  EXPECT_EQ(recipe.evaluation().interval(), 0);
+  EXPECT_EQ(recipe.device(), "cpu");
+}
+
 TEST(Recipe, KeepsWhatIsSetWhenFillingDefaults) {
   v1::Recipe recipe;
   recipe.mutable_ppo()->set_epochs(7);
+  recipe.mutable_ppo()->set_gae_lambda(0);
+  recipe.mutable_task()->mutable_action()->set_range_margin(0);
+  recipe.mutable_task()->mutable_reward()->set_rotation_weight(0);
 
   recipe = WithDefaults(recipe);
 
   EXPECT_EQ(recipe.ppo().epochs(), 7);
+  EXPECT_EQ(recipe.ppo().gae_lambda(), 0);
   EXPECT_EQ(recipe.ppo().discount(), 0.95);
+  EXPECT_EQ(recipe.task().action().range_margin(), 0);
+  EXPECT_EQ(recipe.task().reward().rotation_weight(), 0);
+  EXPECT_EQ(recipe.task().reward().position_weight(), 0.5);
+}
+
+TEST(Recipe, FillsDefaultsOnceAndForAll) {
+  EXPECT_THAT(WithDefaults(MakeRecipe()), EqualsProto(MakeRecipe()));
+}
+
+TEST(Recipe, DelaysEvaluationsByTheLag) {
+  v1::Recipe recipe;
+  recipe.mutable_rollouts()->set_max_policy_lag(1);
+
+  recipe = WithDefaults(recipe);
+
+  EXPECT_EQ(recipe.evaluation().delay(), 2);
+  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
 }
 
 TEST(Recipe, SurvivesPrintingAndParsing) {
-  const v1::Recipe recipe = MakeRecipe({"seed=5", "task.action.ramp=true"});
+  const v1::Recipe recipe =
+      MakeRecipe({"seed=18446744073709551615", "task.action.ramp=true",
+                  "ppo.policy_learning_rate=0.1234567890123456",
+                  "ppo.gae_lambda=0", "name=walk"});
 
-  auto parsed = ParseRecipe(PrintRecipe(recipe), "config.textproto");
-
-  ASSERT_THAT(parsed, IsOk());
-  EXPECT_EQ(PrintRecipe(*parsed), PrintRecipe(recipe));
+  EXPECT_THAT(ParseRecipe(PrintRecipe(recipe), "config.textproto"),
+              IsOkAndHolds(EqualsProto(recipe)));
 }
 
 TEST(Recipe, NamesFileLineAndUnknownField) {
-  EXPECT_THAT(
-      ParseRecipe("name: \"x\"\nppo { epoch: 2 }", "my.textproto"),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               ::testing::AllOf(HasSubstr("my.textproto:2:"),
-                              HasSubstr("no field named \"epoch\""))));
-}
-
-TEST(SetRecipeField, SetsScalarsListsEnumsAndStrings) {
-  const v1::Recipe recipe =
-      MakeRecipe({"network.policy_hidden=[512, 256]", "task.start.rule=bins",
-                  "device=cuda", "ppo.policy_learning_rate=1e-3"});
-
-  EXPECT_THAT(recipe.network().policy_hidden(), ElementsAre(512, 256));
-  EXPECT_EQ(recipe.task().start().rule(), v1::Start::RULE_BINS);
-  EXPECT_EQ(recipe.device(), "cuda");
-  EXPECT_EQ(recipe.ppo().policy_learning_rate(), 1e-3);
-}
-
-TEST(SetRecipeField, NamesAnUnknownPathAndTheKnownFields) {
-  v1::Recipe recipe = MakeRecipe();
-
-  EXPECT_THAT(SetRecipeField(recipe, "ppo.epoch=3"),
+  EXPECT_THAT(ParseRecipe("name: \"x\"\nppo { epoch: 2 }", "my.textproto"),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       ::testing::AllOf(HasSubstr("no recipe field \"epoch\""),
-                                      HasSubstr("epochs"))));
-  EXPECT_THAT(SetRecipeField(recipe, "ppo.epochs=many"),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("--set ppo.epochs")));
-  EXPECT_THAT(SetRecipeField(recipe, "ppo=3"),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected a field inside the group")));
-  EXPECT_THAT(SetRecipeField(recipe, "seed"),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected path=value")));
+                       AllOf(HasSubstr("my.textproto:2:"),
+                             HasSubstr("\"sinew.v1.Ppo\" has no field named "
+                                       "\"epoch\""))));
 }
 
 struct Violation {
-  std::string assignment;
+  std::vector<std::string> assignments;
+  // The message after "recipe field ".
   std::string expected;
 };
+
+void PrintTo(const Violation& violation, std::ostream* os) {
+  *os << violation.assignments.front();
+}
 
 class RecipeViolation : public ::testing::TestWithParam<Violation> {};
 
 TEST_P(RecipeViolation, IsRefusedByNameOfField) {
-  EXPECT_THAT(ValidateRecipe(MakeRecipe({GetParam().assignment})),
+  EXPECT_THAT(ValidateRecipe(MakeRecipe(GetParam().assignments)),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr(GetParam().expected)));
+                       absl::StrCat("recipe field ", GetParam().expected)));
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    All, RecipeViolation,
+    Ranges, RecipeViolation,
     ::testing::Values(
-        Violation{"task.action.scale=-1",
+        Violation{{"format_version=2"}, "format_version: expected 1, found 2"},
+        Violation{{"name=Walk it"},
+                  "name: expected lower-case letters, digits and _, found "
+                  "\"Walk it\""},
+        Violation{{"device=tpu"},
+                  "device: expected \"cpu\" or \"cuda\", found \"tpu\""},
+        Violation{{"max_minutes=-1"}, "max_minutes: expected >= 0, found -1"},
+        Violation{{"task.action.scale=-1"},
                   "task.action.scale: expected > 0, found -1"},
-        Violation{"task.action.scale=nan", "task.action.scale: expected > 0"},
-        Violation{"physics.physics_hz=100",
-                  "a multiple of physics.control_hz (30), found 100"},
-        Violation{"rollouts.environments=100",
-                  "a multiple of rollouts.environments_per_order (8)"},
-        Violation{"ppo.minibatch=3000", "a divisor of the batch of 8192"},
-        Violation{"ppo.shards=3", "a divisor of ppo.minibatch (2048)"},
-        Violation{"rollouts.max_policy_lag=2", "within [0, 1], found 2"},
-        Violation{"rollouts.max_policy_lag=1",
-                  "evaluation.delay: expected >= 2"},
-        Violation{"ppo.anneal.success_share=0.5",
-                  "evaluation.interval: expected > 0"},
-        Violation{"ppo.discount=1", "within (0, 1), found 1"},
-        Violation{"device=tpu", "expected \"cpu\" or \"cuda\""},
-        Violation{"format_version=2", "format_version: expected 1, found 2"},
-        Violation{"task.observation.frames_ahead=[0]",
-                  "task.observation.frames_ahead: expected >= 1"}));
+        Violation{{"task.action.scale=nan"},
+                  "task.action.scale: expected > 0, found nan"},
+        Violation{{"task.action.clip=inf"},
+                  "task.action.clip: expected > 0, found inf"},
+        Violation{{"task.action.range_margin=-0.5"},
+                  "task.action.range_margin: expected >= 0, found -0.5"},
+        Violation{{"task.start.uniform_share=1.5"},
+                  "task.start.uniform_share: expected within [0, 1], found "
+                  "1.5"},
+        Violation{{"task.observation.frames_ahead=[1,0]"},
+                  "task.observation.frames_ahead: expected within [1, 10000], "
+                  "found 0"},
+        Violation{{"task.observation.blocks=[unspecified]"},
+                  "task.observation.blocks: expected a known block, found 0"},
+        Violation{{"task.observation.blocks=[self_contact,self_contact]"},
+                  "task.observation.blocks: expected each block at most once, "
+                  "found \"BLOCK_SELF_CONTACT\""},
+        Violation{{"network.policy_hidden=[256,0]"},
+                  "network.policy_hidden: expected within [1, 16384], found "
+                  "0"},
+        Violation{{"rollouts.replay_bytes=1048575"},
+                  "rollouts.replay_bytes: expected >= 1048576, found 1048575"},
+        Violation{{"rollouts.max_policy_lag=2"},
+                  "rollouts.max_policy_lag: expected within [0, 1], found 2"},
+        Violation{{"ppo.discount=1"},
+                  "ppo.discount: expected within (0, 1), found 1"},
+        Violation{{"ppo.anneal.std_factor=2"},
+                  "ppo.anneal.std_factor: expected within [0, 1], found 2"},
+        Violation{{"evaluation.interval=-1"},
+                  "evaluation.interval: expected >= 0, found -1"},
+        Violation{{"checkpointing.keep=0"},
+                  "checkpointing.keep: expected >= 1, found 0"}));
 
-TEST(Recipe, RefusesFeedForwardAwayFromTheReference) {
-  EXPECT_THAT(ValidateRecipe(MakeRecipe({"task.action.placement=absolute",
-                                         "task.action.torque_feedforward=true"})),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("task.action.torque_feedforward")));
+INSTANTIATE_TEST_SUITE_P(
+    Together, RecipeViolation,
+    ::testing::Values(
+        Violation{{"physics.physics_hz=100"},
+                  "physics.physics_hz: expected a multiple of "
+                  "physics.control_hz (30), found 100"},
+        Violation{{"physics.physics_hz=15"},
+                  "physics.physics_hz: expected a multiple of "
+                  "physics.control_hz (30), found 15"},
+        Violation{{"rollouts.environments=100"},
+                  "rollouts.environments: expected a multiple of "
+                  "rollouts.environments_per_order (8), found 100"},
+        // 128 * 64 = 8192.
+        Violation{{"ppo.minibatch=3000"},
+                  "ppo.minibatch: expected a divisor of the batch "
+                  "(rollouts.environments * rollouts.horizon = 8192), found "
+                  "3000"},
+        Violation{{"ppo.shards=3"},
+                  "ppo.shards: expected a divisor of ppo.minibatch (2048), "
+                  "found 3"},
+        Violation{
+            {"task.reward.position_weight=0", "task.reward.rotation_weight=0",
+             "task.reward.linear_velocity_weight=0",
+             "task.reward.angular_velocity_weight=0"},
+            "task.reward: expected weights that are not all 0, found 0"},
+        Violation{{"task.action.placement=absolute",
+                   "task.action.torque_feedforward=true"},
+                  "task.action.torque_feedforward: expected false unless "
+                  "task.action.placement is PLACEMENT_AROUND_NEXT_REFERENCE, "
+                  "found true"},
+        Violation{{"ppo.anneal.success_share=0.5"},
+                  "evaluation.interval: expected >= 1, since ppo.anneal waits "
+                  "for evaluations, found 0"}));
+
+// Configurations that would wait for ever.
+INSTANTIATE_TEST_SUITE_P(
+    Deadlocks, RecipeViolation,
+    ::testing::Values(
+        Violation{{"rollouts.max_policy_lag=1", "evaluation.interval=5"},
+                  "evaluation.delay: expected >= 2 (rollouts.max_policy_lag + "
+                  "1), or the learner would wait for itself, found 1"},
+        Violation{{"evaluation.delay=3"},
+                  "evaluation.delay: expected within [1, 2], found 3"},
+        Violation{{"evaluation.delay=2", "evaluation.interval=1"},
+                  "evaluation.delay: expected <= evaluation.interval (1), "
+                  "found 2"}));
+
+// Sets each floating-point field below `message` to NaN, one at a time, and
+// expects that the recipe is refused by the field's name.
+void ExpectEveryNanRefused(v1::Recipe& recipe, Message& message,
+                           const std::string& path) {
+  const auto* type = message.GetDescriptor();
+  const auto* reflection = message.GetReflection();
+  for (int i = 0; i < type->field_count(); ++i) {
+    const FieldDescriptor* field = type->field(i);
+    const std::string name = absl::StrCat(path, field->name());
+    if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      ExpectEveryNanRefused(recipe,
+                            *reflection->MutableMessage(&message, field),
+                            absl::StrCat(name, "."));
+    } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+      const double before = reflection->GetDouble(message, field);
+      reflection->SetDouble(&message, field,
+                            std::numeric_limits<double>::quiet_NaN());
+      EXPECT_THAT(ValidateRecipe(recipe),
+                  StatusIs(absl::StatusCode::kInvalidArgument,
+                           HasSubstr("recipe field ")))
+          << name;
+      reflection->SetDouble(&message, field, before);
+    }
+  }
+}
+
+TEST(Recipe, RefusesNanInEveryField) {
+  v1::Recipe recipe = MakeRecipe();
+
+  ExpectEveryNanRefused(recipe, recipe, "");
+
+  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
 }
 
 }  // namespace

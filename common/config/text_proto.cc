@@ -1,49 +1,83 @@
 #include "common/config/text_proto.h"
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "google/protobuf/io/tokenizer.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "google/protobuf/message.h"
 #include "google/protobuf/text_format.h"
 
 namespace sinew {
 namespace {
 
+constexpr size_t kMaxBytes = size_t{64} << 20;
+constexpr int kMaxDepth = 64;
+// Of the offending line, so much is shown.
+constexpr size_t kMaxShown = 80;
+
+// Line `index` (from 0) without its margins.
+std::string LineOf(absl::string_view text, int index) {
+  for (absl::string_view line : absl::StrSplit(text, '\n')) {
+    if (index-- > 0) continue;
+    return absl::CHexEscape(
+        absl::StripAsciiWhitespace(line).substr(0, kMaxShown));
+  }
+  return "";
+}
+
 // Keeps the first error; later ones follow from it.
 class FirstError final : public google::protobuf::io::ErrorCollector {
  public:
-  explicit FirstError(absl::string_view source) : source_(source) {}
+  FirstError(absl::string_view text, absl::string_view source)
+      : text_(text), source_(source) {}
 
   void AddError(int line, google::protobuf::io::ColumnNumber column,
                 const std::string& message) override {
-    if (!text_.empty()) return;
+    if (!error_.empty()) return;
+    error_ = std::string(source_);
     // Lines and columns count from 0; -1 means the whole input.
-    text_ = line < 0 ? absl::StrCat(source_, ": ", message)
-                     : absl::StrCat(source_, ":", line + 1, ":", column + 1,
-                                    ": ", message);
+    if (line >= 0) absl::StrAppend(&error_, ":", line + 1, ":", column + 1);
+    absl::StrAppend(&error_, ": ", message);
+    if (line < 0) return;
+    const std::string shown = LineOf(text_, line);
+    if (!shown.empty()) absl::StrAppend(&error_, " in: ", shown);
   }
 
-  const std::string& text() const { return text_; }
+  const std::string& error() const { return error_; }
 
  private:
+  const absl::string_view text_;
   const absl::string_view source_;
-  std::string text_;
+  std::string error_;
 };
 
 }  // namespace
 
 absl::Status ParseTextProto(absl::string_view text, absl::string_view source,
                             google::protobuf::Message& message) {
-  FirstError error(source);
+  if (text.size() >= kMaxBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": expected less than ", kMaxBytes,
+                     " bytes of text, found ", text.size()));
+  }
+  FirstError error(text, source);
   google::protobuf::TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
+  parser.SetRecursionLimit(kMaxDepth);
   google::protobuf::io::ArrayInputStream stream(text.data(),
                                                 static_cast<int>(text.size()));
   if (parser.Parse(&stream, &message)) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      error.text().empty() ? absl::StrCat(source, ": not a text proto")
-                           : error.text());
+      error.error().empty() ? absl::StrCat(source, ": not a text proto")
+                            : error.error());
 }
 
 }  // namespace sinew

@@ -7,10 +7,15 @@
 
 namespace sinew {
 
-// Parses protobuf's text format into `message` (which is cleared first).
-// INVALID_ARGUMENT "FILE:LINE:COLUMN: what is wrong" for the first error:
-// unknown field, wrong type, value out of the type's range, syntax. Pure;
-// `source` names the file or peer.
+// Parses protobuf's text format into `message`, whose former content is lost
+// also on failure. INVALID_ARGUMENT for the first error: unknown field, wrong
+// type, value out of the type's range, field given twice, syntax, groups
+// nested deeper than 64, text of 64 MiB or more:
+//
+//   walk.textproto:7:3: Message type "sinew.v1.Ppo" has no field named "epoch".
+//   in: epoch: 3
+//
+// (on one line). `source` names the file or peer. Pure; never blocks.
 absl::Status ParseTextProto(absl::string_view text, absl::string_view source,
                             google::protobuf::Message& message);
 

@@ -104,8 +104,9 @@ ContactFit FitContacts(const Dynamics& dynamics,
   ContactFit fit;
   fit.remainder = required;
   fit.sensitivity.setIdentity();
-  if (contacts.empty()) return fit;
   const VectorXd weights = Weights(model, joint_weight);
+  fit.cost = weights.cwiseProduct(required).squaredNorm();
+  if (contacts.empty()) return fit;
   const MatrixXd forces = EdgeForces(dynamics, contacts);
   const MatrixXd columns = weights.asDiagonal() * forces;
   MatrixXd hessian = columns.transpose() * columns;
@@ -113,6 +114,8 @@ ContactFit FitContacts(const Dynamics& dynamics,
   const VectorXd x = SolveNonNegative(
       hessian, -columns.transpose() * weights.cwiseProduct(required));
   fit.remainder -= forces * x;
+  fit.cost = weights.cwiseProduct(fit.remainder).squaredNorm() +
+             kForceCost * kForceCost * x.squaredNorm();
   fit.sensitivity = Sensitivity(columns.topRows<6>(), x);
   for (size_t i = 0; i < contacts.size(); ++i) {
     Vector3d force = Vector3d::Zero();

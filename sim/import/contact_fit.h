@@ -33,6 +33,8 @@ struct ContactFit {
   // Generalised forces that contact does not explain, [nv]: on the root the
   // residual, on hinges the actuator torques.
   Eigen::VectorXd remainder;
+  // What was minimised.
+  double cost = 0;
   // Weighted coordinates of the six root rows, for whoever minimises the
   // residual: sensitivity [6, 6] is what is left of a change of the root rows
   // after the forces have adapted to it.

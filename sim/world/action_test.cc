@@ -40,6 +40,12 @@ v1::Action Recipe() {
 
 class ActionLawTest : public ::testing::Test {
  protected:
+  ActionLawTest() {
+    next_.joint_position = reference_.data();
+    next_.joint_velocity = velocity_.data();
+    next_.feedforward_torque = torque_.data();
+  }
+
   std::vector<double> Target(const v1::Action& recipe,
                              std::array<float, 2> action) {
     std::vector<double> target(2);
@@ -52,9 +58,7 @@ class ActionLawTest : public ::testing::Test {
   const std::array<float, 2> reference_ = {0.75F, -0.25F};
   const std::array<float, 2> velocity_ = {2, -4};
   const std::array<float, 2> torque_ = {25, -50};
-  const motion::FrameView next_{.joint_position = reference_.data(),
-                                .joint_velocity = velocity_.data(),
-                                .feedforward_torque = torque_.data()};
+  motion::FrameView next_{};
 };
 
 TEST_F(ActionLawTest, PlacesTargetsAroundTheNextReferenceByDefault) {

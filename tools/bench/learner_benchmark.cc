@@ -35,8 +35,9 @@ int main(int argc, char** argv) {
   // The humanoid's widths.
   constexpr int kObservation = 224;
   constexpr int kAction = 28;
-  std::printf("%-10s %9s %5s %5s %11s %9s %9s %6s\n", "hidden", "minibatch",
-              "type", "ranks", "samples/s", "GFLOP/s", "product", "ratio");
+  std::printf("%-10s %9s %5s %5s %11s %9s %9s %6s %6s\n", "hidden", "minibatch",
+              "type", "ranks", "samples/s", "GFLOP/s", "product", "ratio",
+              "cpu");
   for (const std::vector<int>& hidden :
        {std::vector<int>{256, 256}, std::vector<int>{512, 256}}) {
     for (const int minibatch : {4096, 2048}) {
@@ -50,11 +51,12 @@ int main(int argc, char** argv) {
               std::printf("%s\n", figures.status().ToString().c_str());
             continue;
           }
-          std::printf("%4d-%-5d %9d %5s %5d %11.0f %9.1f %9.1f %6.3f\n",
+          std::printf("%4d-%-5d %9d %5s %5d %11.0f %9.1f %9.1f %6.3f %6.3f\n",
                       hidden[0], hidden[1], minibatch,
                       bfloat16 ? "bf16" : "f32", ranks, figures->samples_per_s,
                       figures->flops_per_s * 1e-9,
-                      figures->gemm_flops_per_s * 1e-9, figures->gemm_ratio);
+                      figures->gemm_flops_per_s * 1e-9, figures->gemm_ratio,
+                      figures->cpu_gemm_ratio);
           std::fflush(stdout);
         }
       }

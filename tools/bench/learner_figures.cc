@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <limits>
 #include <memory>
 #include <thread>
@@ -50,7 +51,9 @@ absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
       learner->graph(), learner->weights(), /*iteration=*/0);
   const std::vector<const v1::Segment*> pointers = learner::Pointers(segments);
   LearnerFigures figures;
+  double flops_per_cpu_s = 0;
   for (int i = 0; i < updates; ++i) {
+    const std::clock_t cpu_begin = std::clock();
     const auto begin = std::chrono::steady_clock::now();
     SINEW_ASSIGN_OR_RETURN(const learner::UpdateStatistics statistics,
                            learner->Update(pointers, i));
@@ -66,6 +69,7 @@ absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
     }
   }
   figures.gemm_ratio = figures.flops_per_s / (ranks * figures.gemm_flops_per_s);
+  figures.cpu_gemm_ratio = flops_per_cpu_s / figures.gemm_flops_per_s;
   return figures;
 }
 

@@ -12,6 +12,9 @@ struct LearnerFigures {
   double gemm_flops_per_s = 0;  // best plain float32 product, one thread
   // flops_per_s over ranks * gemm_flops_per_s.
   double gemm_ratio = 0;
+  // The same per second of CPU time: what the ranks' waiting and other load on
+  // the machine do not touch.
+  double cpu_gemm_ratio = 0;
 };
 
 // Updates a learner of this recipe `updates` times on made-up segments of the

@@ -22,6 +22,7 @@ namespace {
 using ::sinew::policy::testing::AllExamples;
 using ::sinew::policy::testing::Example;
 using ::sinew::policy::testing::ExampleInputs;
+using ::sinew::policy::testing::PolicyExamples;
 using ::sinew::policy::testing::RelativeDifference;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
@@ -109,6 +110,23 @@ TEST(OnnxParity, HoldsForEveryOperationAndWholePolicies) {
           << examples[i].name << " " << tap;
     }
   }
+}
+
+TEST(OnnxParity, NoticesWeightsThatDiffer) {
+  const Example example = PolicyExamples()[0];
+  const Inputs inputs = ExampleInputs(example, kBatch, /*seed=*/3);
+  Example other = example;
+  other.weights.at("policy/mean/bias").mutable_float32()[0] += 1e-3f;
+
+  const auto results =
+      RunOnnx(Options("differ"),
+              {{.model = WriteModel(example), .inputs = AsTensors(inputs)}});
+
+  ASSERT_THAT(results, IsOk());
+  const auto executor = RunHere(other, inputs);
+  EXPECT_GT(RelativeDifference(executor->tap(executor->tap_index("mean")),
+                               results->at(0).at("mean").float32()),
+            1e-5);
 }
 
 TEST(OnnxParity, NamesTheModelThatTheCheckerRefuses) {

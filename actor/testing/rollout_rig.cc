@@ -1,0 +1,131 @@
+#include "actor/testing/rollout_rig.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <utility>
+
+#include "actor/zero_action.h"
+#include "common/check.h"
+#include "common/digest.h"
+#include "common/policy/builder.h"
+#include "common/policy/safetensors.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace {
+
+std::atomic<int64_t> allocations{0};
+
+}  // namespace
+
+void* operator new(size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  std::abort();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+namespace sinew::actor::testing {
+namespace {
+
+template <typename T>
+T ValueOrDie(absl::StatusOr<T> value) {
+  SINEW_CHECK(value.ok()) << value.status().ToString();
+  return *std::move(value);
+}
+
+}  // namespace
+
+int64_t Allocations() { return allocations; }
+
+RolloutRig::RolloutRig() {
+  const v1::Recipe recipe = world::testing::ToyRecipe();
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  assets = ValueOrDie(RolloutAssets::FromParts(
+      toy.recipe, std::move(toy.character), std::move(toy.library)));
+  policy::TrackingPolicyOptions options;
+  options.observation_width = assets->task().observation_width();
+  options.action_width = assets->task().action_width();
+  options.network = recipe.network();
+  options.network.clear_policy_hidden();
+  options.network.add_policy_hidden(16);
+  options.network.set_last_layer_gain(0.3);
+  options.network.set_initial_std(std);
+  *message.mutable_graph() = ValueOrDie(policy::BuildTrackingPolicy(options));
+  message.set_weights(
+      SerializeSafetensors(ValueOrDie(policy::InitialWeights(options, 3))));
+  Prepare();
+  NewWorker();
+}
+
+void RolloutRig::Prepare() {
+  snapshot = ValueOrDie(PrepareSnapshot(
+      message, Sha256Hex(SerializeDeterministically(message)), *assets));
+}
+
+void RolloutRig::NewWorker() {
+  worker = ValueOrDie(RolloutWorker::Create(assets, /*max_environments=*/4));
+}
+
+void RolloutRig::UseZeroAction() {
+  message = ValueOrDie(ZeroActionSnapshot(assets->task().observation_width(),
+                                          assets->task().action_width(),
+                                          /*std=*/0.01));
+  Prepare();
+}
+
+v1::Order RolloutRig::TrainOrder(int environments, int horizon) const {
+  v1::Order order;
+  order.set_run_id("run");
+  order.set_order_id(7);
+  order.set_kind(v1::Order::KIND_TRAIN);
+  order.set_snapshot_version(snapshot->version());
+  order.set_snapshot_sha256(snapshot->sha256());
+  order.set_layout_sha256(assets->layout_sha256());
+  order.set_seed(11);
+  order.set_horizon(horizon);
+  for (int e = 0; e < environments; ++e) order.add_states();
+  return order;
+}
+
+v1::EnvironmentState RolloutRig::StandingState() const {
+  const world::TrackingTask& task = assets->task();
+  const mjModel* model = task.character().model();
+  const character::DataPtr data(mj_makeData(model));
+  std::vector<double> row(task.state_size()), target(task.action_width());
+  world::Episode episode;
+  episode.clip = 1;
+  task.Reset(episode, nullptr, data.get(), absl::MakeSpan(target),
+             task.MakeWorkspace().get());
+  mj_getState(model, data.get(), row.data(), mjSTATE_INTEGRATION);
+  v1::EnvironmentState state;
+  state.set_episode(5);
+  state.set_clip(1);
+  state.mutable_physics()->Add(row.begin(), row.end());
+  state.mutable_previous_target()->Add(target.begin(), target.end());
+  return state;
+}
+
+v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
+  v1::Order order = TrainOrder(0, 0);
+  order.set_kind(v1::Order::KIND_EVALUATE);
+  for (const Start& start : starts) {
+    v1::EvaluationStart* to = order.add_starts();
+    to->set_clip(start.clip);
+    to->set_start_frame(start.frame);
+    to->set_steps(start.steps);
+  }
+  return order;
+}
+
+v1::Segment RolloutRig::Run(const v1::Order& order) {
+  return ValueOrDie(worker->Run(order, *snapshot));
+}
+
+std::string Bytes(v1::Segment segment) {
+  segment.clear_seconds();
+  return SerializeDeterministically(segment);
+}
+
+}  // namespace sinew::actor::testing

@@ -1,0 +1,68 @@
+#ifndef SINEW_ACTOR_TESTING_ROLLOUT_RIG_H_
+#define SINEW_ACTOR_TESTING_ROLLOUT_RIG_H_
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/string_view.h"
+#include "actor/prepared_snapshot.h"
+#include "actor/rollout.h"
+#include "actor/rollout_assets.h"
+#include "common/segment/segment_layout.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/snapshot.pb.h"
+
+namespace sinew::actor::testing {
+
+// Where an evaluation begins, and for how many steps.
+struct Start {
+  int clip, frame, steps;
+};
+
+// A worker of 4 environments in the toy world, with a small random policy of
+// standard deviation `std`. Members abort with a message on any error.
+struct RolloutRig {
+  RolloutRig();
+
+  // Fresh environments 0, 1, ... of run seed 11; order 7.
+  v1::Order TrainOrder(int environments, int horizon) const;
+  // An environment at the start of the clip in which the toy just stands: its
+  // episode lasts 19 steps.
+  v1::EnvironmentState StandingState() const;
+  v1::Order EvaluationOrder(const std::vector<Start>& starts) const;
+
+  void UseZeroAction();
+  void NewWorker();
+  v1::Segment Run(const v1::Order& order);
+
+  const double std = 0.25;
+  std::shared_ptr<const RolloutAssets> assets;
+  v1::Snapshot message;
+  std::shared_ptr<const PreparedSnapshot> snapshot;
+  std::unique_ptr<RolloutWorker> worker;
+
+ private:
+  void Prepare();
+};
+
+// All of a segment but the seconds it took.
+std::string Bytes(v1::Segment segment);
+
+// A column's numbers.
+template <typename T>
+std::vector<T> Column(const v1::Segment& segment, absl::string_view name) {
+  const std::string& data = FindColumn(segment, name)->data();
+  std::vector<T> values(data.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), data.data(), data.size());
+  return values;
+}
+
+// Calls of operator new in this program so far.
+int64_t Allocations();
+
+}  // namespace sinew::actor::testing
+
+#endif  // SINEW_ACTOR_TESTING_ROLLOUT_RIG_H_

@@ -1,0 +1,133 @@
+#include <cstdint>
+#include <utility>
+
+#include "common/config/recipe.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew {
+namespace {
+
+// Sets a scalar that is unset, that is at zero, to its default.
+#define SINEW_DEFAULT(message, field, value)                  \
+  do {                                                        \
+    if ((message).field() == 0) (message).set_##field(value); \
+  } while (false)
+
+// The same for a field with presence, where zero is a value.
+#define SINEW_OPTIONAL_DEFAULT(message, field, value)           \
+  do {                                                          \
+    if (!(message).has_##field()) (message).set_##field(value); \
+  } while (false)
+
+void FillPhysics(v1::Physics& physics) {
+  SINEW_DEFAULT(physics, physics_hz, 120);
+  SINEW_DEFAULT(physics, control_hz, 30);
+  SINEW_DEFAULT(physics, solver_iterations, 8);
+  SINEW_DEFAULT(physics, line_search_iterations, 8);
+  SINEW_DEFAULT(physics, solver_tolerance, 1e-6);
+  SINEW_DEFAULT(physics, friction, 1);
+}
+
+void FillObservation(v1::Observation& observation) {
+  if (observation.blocks_size() == 0) {
+    observation.add_blocks(v1::Observation::BLOCK_SELF_JOINT_SPACE);
+    observation.add_blocks(v1::Observation::BLOCK_REFERENCE_DIFFERENCE);
+  }
+  if (observation.frames_ahead_size() == 0) observation.add_frames_ahead(1);
+}
+
+void FillReward(v1::Reward& reward) {
+  SINEW_OPTIONAL_DEFAULT(reward, position_weight, 0.5);
+  SINEW_OPTIONAL_DEFAULT(reward, rotation_weight, 0.3);
+  SINEW_OPTIONAL_DEFAULT(reward, linear_velocity_weight, 0.1);
+  SINEW_OPTIONAL_DEFAULT(reward, angular_velocity_weight, 0.1);
+  SINEW_DEFAULT(reward, position_kernel, 100);
+  SINEW_DEFAULT(reward, rotation_kernel, 10);
+  SINEW_DEFAULT(reward, linear_velocity_kernel, 0.1);
+  SINEW_DEFAULT(reward, angular_velocity_kernel, 0.1);
+}
+
+void FillTask(v1::Task& task) {
+  FillObservation(*task.mutable_observation());
+  v1::Action& action = *task.mutable_action();
+  SINEW_DEFAULT(action, placement, v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE);
+  SINEW_DEFAULT(action, scale, 0.2);
+  SINEW_DEFAULT(action, clip, 8);
+  SINEW_OPTIONAL_DEFAULT(action, range_margin, 1.5);
+  FillReward(*task.mutable_reward());
+  SINEW_DEFAULT(*task.mutable_termination(), max_body_distance, 0.25);
+  v1::Start& start = *task.mutable_start();
+  SINEW_DEFAULT(start, rule, v1::Start::RULE_UNIFORM);
+  SINEW_DEFAULT(start, bin_seconds, 1);
+  SINEW_OPTIONAL_DEFAULT(start, uniform_share, 0.1);
+  SINEW_DEFAULT(task, max_episode_steps, 300);
+}
+
+void FillNetwork(v1::Network& network) {
+  if (network.policy_hidden_size() == 0) {
+    network.add_policy_hidden(256);
+    network.add_policy_hidden(256);
+  }
+  if (network.value_hidden_size() == 0) {
+    network.add_value_hidden(256);
+    network.add_value_hidden(256);
+  }
+  SINEW_DEFAULT(network, activation, v1::Network::ACTIVATION_SILU);
+  SINEW_DEFAULT(network, last_layer_gain, 0.01);
+  SINEW_DEFAULT(network, observation_clip, 8);
+  SINEW_DEFAULT(network, initial_std, 0.4);
+}
+
+void FillRollouts(v1::Rollouts& rollouts) {
+  SINEW_DEFAULT(rollouts, environments, 128);
+  SINEW_DEFAULT(rollouts, horizon, 64);
+  SINEW_DEFAULT(rollouts, environments_per_order, 8);
+  SINEW_DEFAULT(rollouts, reissue_seconds, 20);
+  SINEW_DEFAULT(rollouts, replay_bytes, int64_t{256} << 20);
+}
+
+void FillPpo(v1::Ppo& ppo) {
+  SINEW_DEFAULT(ppo, discount, 0.95);
+  SINEW_OPTIONAL_DEFAULT(ppo, gae_lambda, 0.95);
+  SINEW_DEFAULT(ppo, ratio_clip, 0.2);
+  SINEW_DEFAULT(ppo, epochs, 2);
+  SINEW_DEFAULT(ppo, minibatch, 2048);
+  SINEW_DEFAULT(ppo, policy_learning_rate, 5e-4);
+  SINEW_DEFAULT(ppo, value_learning_rate, 1e-3);
+  SINEW_DEFAULT(ppo, kl_stop, 0.05);
+  SINEW_DEFAULT(ppo, max_gradient_norm, 1);
+  SINEW_DEFAULT(ppo, shards, 2);
+  v1::Anneal& anneal = *ppo.mutable_anneal();
+  SINEW_DEFAULT(anneal, samples, 500000);
+  SINEW_DEFAULT(anneal, std_factor, 0.5);
+  SINEW_DEFAULT(anneal, learning_rate_factor, 0.3);
+}
+
+void FillEvaluation(int max_policy_lag, v1::Evaluation& evaluation) {
+  SINEW_DEFAULT(evaluation, starts, 32);
+  SINEW_DEFAULT(evaluation, seconds, 10);
+  SINEW_DEFAULT(evaluation, delay, max_policy_lag + 1);
+  SINEW_DEFAULT(evaluation, max_mean_body_distance, 0.5);
+}
+
+}  // namespace
+
+v1::Recipe WithDefaults(v1::Recipe recipe) {
+  SINEW_DEFAULT(recipe, format_version, 1);
+  if (recipe.device().empty()) recipe.set_device("cpu");
+  FillPhysics(*recipe.mutable_physics());
+  FillTask(*recipe.mutable_task());
+  FillNetwork(*recipe.mutable_network());
+  FillRollouts(*recipe.mutable_rollouts());
+  FillPpo(*recipe.mutable_ppo());
+  FillEvaluation(recipe.rollouts().max_policy_lag(),
+                 *recipe.mutable_evaluation());
+  SINEW_DEFAULT(*recipe.mutable_checkpointing(), interval, 20);
+  SINEW_DEFAULT(*recipe.mutable_checkpointing(), keep, 3);
+  return recipe;
+}
+
+#undef SINEW_DEFAULT
+#undef SINEW_OPTIONAL_DEFAULT
+
+}  // namespace sinew

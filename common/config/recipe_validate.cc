@@ -1,0 +1,249 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "common/config/field_checker.h"
+#include "common/config/recipe.h"
+#include "google/protobuf/repeated_field.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew {
+namespace {
+
+constexpr int kFormatVersion = 1;
+// The learner keeps the snapshots of so many iterations.
+constexpr int kMaxEvaluationDelay = 2;
+
+bool IsName(absl::string_view name) {
+  return std::all_of(name.begin(), name.end(), [](char c) {
+    return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '_';
+  });
+}
+
+// True for positive rates whose ratio is an integer >= 1 but for rounding.
+bool IsMultiple(double rate, double of) {
+  const double ratio = rate / of;
+  return ratio >= 1 && ratio < 1e6 &&
+         std::abs(ratio - std::round(ratio)) < 1e-9;
+}
+
+void CheckPhysics(const v1::Physics& physics, FieldChecker& check) {
+  check.Positive(physics.control_hz(), "physics.control_hz");
+  check.Positive(physics.physics_hz(), "physics.physics_hz");
+  check.Require(IsMultiple(physics.physics_hz(), physics.control_hz()),
+                "physics.physics_hz",
+                absl::StrCat("a multiple of physics.control_hz (",
+                             physics.control_hz(), ")"),
+                physics.physics_hz());
+  check.AtLeast(physics.solver_iterations(), 1, "physics.solver_iterations");
+  check.AtLeast(physics.line_search_iterations(), 1,
+                "physics.line_search_iterations");
+  check.Positive(physics.solver_tolerance(), "physics.solver_tolerance");
+  check.Positive(physics.friction(), "physics.friction");
+}
+
+void CheckObservation(const v1::Observation& observation, FieldChecker& check) {
+  std::set<int> seen;
+  for (const int block : observation.blocks()) {
+    check.Require(block != v1::Observation::BLOCK_UNSPECIFIED &&
+                      v1::Observation::Block_IsValid(block),
+                  "task.observation.blocks", "a known block", block);
+    check.Require(seen.insert(block).second, "task.observation.blocks",
+                  "each block at most once",
+                  v1::Observation::Block_Name(block));
+  }
+  for (const int frame : observation.frames_ahead()) {
+    check.Within(frame, 1, 10000, "task.observation.frames_ahead");
+  }
+}
+
+void CheckAction(const v1::Action& action, FieldChecker& check) {
+  check.Require(action.placement() != v1::Action::PLACEMENT_UNSPECIFIED &&
+                    v1::Action::Placement_IsValid(action.placement()),
+                "task.action.placement", "a known placement",
+                static_cast<int>(action.placement()));
+  check.Positive(action.scale(), "task.action.scale");
+  check.Positive(action.clip(), "task.action.clip");
+  check.AtLeast(action.range_margin(), 0, "task.action.range_margin");
+  const bool around_reference =
+      action.placement() == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
+  constexpr absl::string_view kOnlyAround =
+      "false unless task.action.placement is PLACEMENT_AROUND_NEXT_REFERENCE";
+  check.Require(around_reference || !action.velocity_feedforward(),
+                "task.action.velocity_feedforward", kOnlyAround, true);
+  check.Require(around_reference || !action.torque_feedforward(),
+                "task.action.torque_feedforward", kOnlyAround, true);
+}
+
+void CheckReward(const v1::Reward& reward, FieldChecker& check) {
+  check.AtLeast(reward.position_weight(), 0, "task.reward.position_weight");
+  check.AtLeast(reward.rotation_weight(), 0, "task.reward.rotation_weight");
+  check.AtLeast(reward.linear_velocity_weight(), 0,
+                "task.reward.linear_velocity_weight");
+  check.AtLeast(reward.angular_velocity_weight(), 0,
+                "task.reward.angular_velocity_weight");
+  const double sum = reward.position_weight() + reward.rotation_weight() +
+                     reward.linear_velocity_weight() +
+                     reward.angular_velocity_weight();
+  check.Require(sum > 0, "task.reward", "weights that are not all 0", sum);
+  check.Positive(reward.position_kernel(), "task.reward.position_kernel");
+  check.Positive(reward.rotation_kernel(), "task.reward.rotation_kernel");
+  check.Positive(reward.linear_velocity_kernel(),
+                 "task.reward.linear_velocity_kernel");
+  check.Positive(reward.angular_velocity_kernel(),
+                 "task.reward.angular_velocity_kernel");
+  check.AtLeast(reward.power_cost(), 0, "task.reward.power_cost");
+}
+
+void CheckTask(const v1::Task& task, FieldChecker& check) {
+  CheckObservation(task.observation(), check);
+  CheckAction(task.action(), check);
+  CheckReward(task.reward(), check);
+  check.Positive(task.termination().max_body_distance(),
+                 "task.termination.max_body_distance");
+  const v1::Start& start = task.start();
+  check.Require(start.rule() != v1::Start::RULE_UNSPECIFIED &&
+                    v1::Start::Rule_IsValid(start.rule()),
+                "task.start.rule", "a known rule",
+                static_cast<int>(start.rule()));
+  check.Positive(start.bin_seconds(), "task.start.bin_seconds");
+  check.Within(start.uniform_share(), 0, 1, "task.start.uniform_share");
+  check.AtLeast(start.joint_position_noise(), 0,
+                "task.start.joint_position_noise");
+  check.AtLeast(start.joint_velocity_noise(), 0,
+                "task.start.joint_velocity_noise");
+  check.AtLeast(task.max_episode_steps(), 1, "task.max_episode_steps");
+}
+
+void CheckNetwork(const v1::Network& network, FieldChecker& check) {
+  for (const int width : network.policy_hidden()) {
+    check.Within(width, 1, 16384, "network.policy_hidden");
+  }
+  for (const int width : network.value_hidden()) {
+    check.Within(width, 1, 16384, "network.value_hidden");
+  }
+  check.Require(network.activation() != v1::Network::ACTIVATION_UNSPECIFIED &&
+                    v1::Network::Activation_IsValid(network.activation()),
+                "network.activation", "a known activation",
+                static_cast<int>(network.activation()));
+  check.Positive(network.last_layer_gain(), "network.last_layer_gain");
+  check.Positive(network.observation_clip(), "network.observation_clip");
+  check.Positive(network.initial_std(), "network.initial_std");
+}
+
+void CheckRollouts(const v1::Rollouts& rollouts, FieldChecker& check) {
+  check.Within(rollouts.environments(), 1, 1 << 20, "rollouts.environments");
+  check.Within(rollouts.horizon(), 1, 1 << 16, "rollouts.horizon");
+  const int per_order = rollouts.environments_per_order();
+  check.AtLeast(per_order, 1, "rollouts.environments_per_order");
+  check.Require(per_order > 0 && rollouts.environments() % per_order == 0,
+                "rollouts.environments",
+                absl::StrCat("a multiple of rollouts.environments_per_order (",
+                             per_order, ")"),
+                rollouts.environments());
+  check.Within(rollouts.max_policy_lag(), 0, 1, "rollouts.max_policy_lag");
+  check.Positive(rollouts.reissue_seconds(), "rollouts.reissue_seconds");
+  check.AtLeast(rollouts.replay_bytes(), 1 << 20, "rollouts.replay_bytes");
+}
+
+void CheckBatch(const v1::Recipe& recipe, FieldChecker& check) {
+  const int64_t batch =
+      int64_t{recipe.rollouts().environments()} * recipe.rollouts().horizon();
+  const int minibatch = recipe.ppo().minibatch();
+  check.AtLeast(minibatch, 1, "ppo.minibatch");
+  check.Require(minibatch > 0 && batch % minibatch == 0, "ppo.minibatch",
+                absl::StrCat("a divisor of the batch (rollouts.environments * "
+                             "rollouts.horizon = ",
+                             batch, ")"),
+                minibatch);
+  const int shards = recipe.ppo().shards();
+  check.AtLeast(shards, 1, "ppo.shards");
+  check.Require(shards > 0 && minibatch % shards == 0, "ppo.shards",
+                absl::StrCat("a divisor of ppo.minibatch (", minibatch, ")"),
+                shards);
+}
+
+void CheckPpo(const v1::Ppo& ppo, FieldChecker& check) {
+  check.Between(ppo.discount(), 0, 1, "ppo.discount");
+  check.Within(ppo.gae_lambda(), 0, 1, "ppo.gae_lambda");
+  check.Positive(ppo.ratio_clip(), "ppo.ratio_clip");
+  check.Within(ppo.epochs(), 1, 1000, "ppo.epochs");
+  check.Positive(ppo.policy_learning_rate(), "ppo.policy_learning_rate");
+  check.Positive(ppo.value_learning_rate(), "ppo.value_learning_rate");
+  check.Positive(ppo.kl_stop(), "ppo.kl_stop");
+  check.Positive(ppo.max_gradient_norm(), "ppo.max_gradient_norm");
+  check.AtLeast(ppo.entropy_weight(), 0, "ppo.entropy_weight");
+  check.AtLeast(ppo.kl_target(), 0, "ppo.kl_target");
+  const v1::Anneal& anneal = ppo.anneal();
+  check.Within(anneal.success_share(), 0, 1, "ppo.anneal.success_share");
+  check.AtLeast(anneal.samples(), 1, "ppo.anneal.samples");
+  check.Positive(anneal.std_factor(), "ppo.anneal.std_factor");
+  check.Within(anneal.std_factor(), 0, 1, "ppo.anneal.std_factor");
+  check.Positive(anneal.learning_rate_factor(),
+                 "ppo.anneal.learning_rate_factor");
+  check.Within(anneal.learning_rate_factor(), 0, 1,
+               "ppo.anneal.learning_rate_factor");
+  check.AtLeast(anneal.stall_evaluations(), 0, "ppo.anneal.stall_evaluations");
+}
+
+// An evaluation begun with snapshot k is waited for at iteration k + delay.
+// Under lag L the orders of iteration k + L are the first that are run with
+// snapshot k, so waiting any sooner would wait for what nobody has begun.
+void CheckEvaluation(const v1::Recipe& recipe, FieldChecker& check) {
+  const v1::Evaluation& evaluation = recipe.evaluation();
+  const int lag = recipe.rollouts().max_policy_lag();
+  check.AtLeast(evaluation.interval(), 0, "evaluation.interval");
+  check.Within(evaluation.starts(), 1, 100000, "evaluation.starts");
+  check.Positive(evaluation.seconds(), "evaluation.seconds");
+  check.Require(evaluation.delay() >= lag + 1, "evaluation.delay",
+                absl::StrCat(">= ", lag + 1,
+                             " (rollouts.max_policy_lag + 1), "
+                             "or the learner would wait for itself"),
+                evaluation.delay());
+  check.Within(evaluation.delay(), 1, kMaxEvaluationDelay, "evaluation.delay");
+  check.Require(
+      evaluation.interval() == 0 || evaluation.delay() <= evaluation.interval(),
+      "evaluation.delay",
+      absl::StrCat("<= evaluation.interval (", evaluation.interval(), ")"),
+      evaluation.delay());
+  check.Positive(evaluation.max_mean_body_distance(),
+                 "evaluation.max_mean_body_distance");
+  const v1::Anneal& anneal = recipe.ppo().anneal();
+  const bool anneals =
+      anneal.success_share() > 0 || anneal.stall_evaluations() > 0;
+  check.Require(!anneals || evaluation.interval() > 0, "evaluation.interval",
+                ">= 1, since ppo.anneal waits for evaluations",
+                evaluation.interval());
+}
+
+}  // namespace
+
+absl::Status ValidateRecipe(const v1::Recipe& recipe) {
+  FieldChecker check("recipe");
+  check.Require(recipe.format_version() == kFormatVersion, "format_version",
+                absl::StrCat(kFormatVersion), recipe.format_version());
+  check.Require(IsName(recipe.name()), "name",
+                "lower-case letters, digits and _", recipe.name());
+  check.Require(recipe.device() == "cpu" || recipe.device() == "cuda", "device",
+                "\"cpu\" or \"cuda\"", recipe.device());
+  check.AtLeast(recipe.max_iterations(), 0, "max_iterations");
+  check.AtLeast(recipe.max_minutes(), 0, "max_minutes");
+  CheckPhysics(recipe.physics(), check);
+  CheckTask(recipe.task(), check);
+  CheckNetwork(recipe.network(), check);
+  CheckRollouts(recipe.rollouts(), check);
+  CheckBatch(recipe, check);
+  CheckPpo(recipe.ppo(), check);
+  CheckEvaluation(recipe, check);
+  check.AtLeast(recipe.checkpointing().interval(), 1, "checkpointing.interval");
+  check.AtLeast(recipe.checkpointing().keep(), 1, "checkpointing.keep");
+  return check.status();
+}
+
+}  // namespace sinew
