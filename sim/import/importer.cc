@@ -110,7 +110,7 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
   supported = FindSupport(&dynamics, motion, /*ground=*/0);
   CalibrateGround(&dynamics, supported, &motion);
   MakeFlightsBallistic(&dynamics, supported, &motion);
-  if (!getenv("NOREF")) { RefineOptions ro; if(getenv("RO")) sscanf(getenv("RO"),"%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf",&ro.physics,&ro.joint,&ro.rotation,&ro.position,&ro.height,&ro.joint_acceleration,&ro.root_acceleration,&ro.contact_height,&ro.contact_slip,&ro.penetration); 
+  if (!getenv("NOREF")) { RefineOptions ro; if(getenv("RO")) sscanf(getenv("RO"),"%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf",&ro.physics,&ro.joint,&ro.rotation,&ro.position,&ro.height,&ro.torque,&ro.acceleration,&ro.change_acceleration); 
   motion = RefineMotion(
       &dynamics, FindBearingPoints(&dynamics, supported, motion), motion,ro);}
   const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);

@@ -37,6 +37,9 @@ class NormalEquations {
   // Adds weight^2 (x_i + offset)^2 / 2 for one coordinate's change x_i.
   void AddScalar(int frame, int coordinate, double weight, double offset);
 
+  // [frames * coordinates], half the derivative of the sum of squares.
+  const Eigen::VectorXd& gradient() const { return gradient_; }
+
   // The change of all coordinates, [frames][coordinates], that solves
   // (matrix + damping * (1 + diagonal)) x = -gradient; empty on failure.
   std::vector<Eigen::VectorXd> Solve(double damping) const;

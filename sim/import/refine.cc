@@ -49,6 +49,7 @@ ModelMotion RefineMotion(Dynamics* dynamics,
     const double cost = terms.Cost(motion);
     const NormalEquations equations = terms.Linearise(motion);
     bool accepted = false;
+    if(getenv("GRAD")) for(int d=0; d<34; d++){ std::vector<VectorXd> st(motion.frames(),VectorXd::Zero(dynamics->model().nv)); double g=0; double e=1e-6; for(int t=0;t<motion.frames();t++){ double w=sin(t*1.7+d*2.3); st[t][d]=e*w; g+=2*w*equations.gradient()[t*34+d];} auto st2=st; for(auto&x:st2)x=-x; double fd=(terms.Cost(Moved(dynamics->model(),motion,st))-terms.Cost(Moved(dynamics->model(),motion,st2)))/(2*e); printf("dof %d fd %g an %g\n",d,fd,g);}
     while (!accepted && damping < kMostDamping) {
       const std::vector<VectorXd> steps = equations.Solve(damping);
       ModelMotion next =

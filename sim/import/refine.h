@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/import/contact_fit.h"
 #include "sim/import/dynamics.h"
 #include "sim/import/model_motion.h"
 
@@ -14,16 +15,18 @@ struct RefineOptions {
   // Root force in body weights (torque: kTorqueArm times that) which contact
   // cannot explain.
   double physics = 1;
+  // A joint torque at its limit, of the above.
+  double torque = kJointWeight;
   // Distance from the motion as it came: hinges and root rotation per rad, root
   // position per m along the floor and up.
   double joint = 0.5;
   double rotation = 1;
   double position = 2;
   double height = 1;
-  // Second differences per frame^2: hinges and root rotation per rad, root
-  // position per m.
-  double joint_acceleration = 0.15;
-  double root_acceleration = 0.15;
+  // Second differences per frame^2, hinges and root rotation per rad, root
+  // position per m: of the motion, and of what is changed about it.
+  double acceleration = 0.1;
+  double change_acceleration = 0.5;
   // Bearing points: height and horizontal move per frame, per m.
   double contact_height = 10;
   double contact_slip = 10;
@@ -31,7 +34,7 @@ struct RefineOptions {
   double penetration = 20;
   double limit = 5;
   // Gauss-Newton steps at most.
-  int iterations = 20;
+  int iterations = 60;
 };
 
 // Changes a motion as little as it takes to make it physical: Gauss-Newton over

@@ -16,12 +16,6 @@ using Eigen::VectorXd;
 // Points higher than this are left out of the search for bearing points.
 constexpr double kReach = 0.03;
 
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 double Square(double x) { return x * x; }
 
 VectorXd Displacement(const mjModel& model, const VectorXd& a,
@@ -75,10 +69,12 @@ RefineTerms::RefineTerms(Dynamics* dynamics, const ModelMotion& original,
       nv_(dynamics->model().nv),
       pose_weights_(PerCoordinate(nv_, options.position, options.height,
                                   options.rotation, options.joint)),
-      acceleration_weights_(PerCoordinate(
-          nv_, options.root_acceleration, options.root_acceleration,
-          options.joint_acceleration, options.joint_acceleration)),
-      may_bear_(frames_) {}
+      original_change_(frames_),
+      may_bear_(frames_) {
+  for (int t = 0; t < frames_; ++t) {
+    if (HasNeighbours(t)) original_change_[t] = SecondDifference(original, t);
+  }
+}
 
 void RefineTerms::ChooseContacts(const ModelMotion& motion) {
   for (int t = 0; t < frames_; ++t) {
@@ -97,9 +93,10 @@ double RefineTerms::Cost(const ModelMotion& motion) const {
   for (int t = 0; t < frames_; ++t) {
     cost += PoseCost(motion, t) + PointCost(motion, t);
     if (!HasNeighbours(t)) continue;
-    cost += SecondDifference(motion, t)
-                .cwiseProduct(acceleration_weights_)
-                .squaredNorm();
+    const VectorXd change = SecondDifference(motion, t);
+    cost += Square(options_.acceleration) * change.squaredNorm() +
+            Square(options_.change_acceleration) *
+                (change - original_change_[t]).squaredNorm();
     cost += Square(options_.physics) *
             Contacts(motion, t, &qvel, &qacc).cost;
   }
@@ -153,7 +150,7 @@ ContactFit RefineTerms::Contacts(const ModelMotion& motion, int t,
         {point, Lowest(dynamics_->import_model().points[point],
                        dynamics_->data())});
   }
-  return FitContacts(*dynamics_, contacts, required, /*joint_weight=*/0);
+  return FitContacts(*dynamics_, contacts, required, options_.torque);
 }
 
 bool RefineTerms::Bears(int t, size_t point) const {
@@ -285,11 +282,17 @@ void RefineTerms::AddSmoothness(const ModelMotion& motion, int t,
   const DisplacementJacobians d_before = Differentiate(before);
   const Neighbour next = Find(motion, t + 1);
   const Neighbour last = Find(motion, t - 1);
-  const auto weight = acceleration_weights_.asDiagonal();
-  equations->Add({{t, weight * (d_after.begin + d_before.begin)},
-                  {next.frame, weight * Turned(d_after.end, next.turn)},
-                  {last.frame, weight * Turned(d_before.end, last.turn)}},
-                 weight * (after + before));
+  const MatrixXd here = d_after.begin + d_before.begin;
+  const MatrixXd there = Turned(d_after.end, next.turn);
+  const MatrixXd then = Turned(d_before.end, last.turn);
+  const auto add = [&](double weight, const VectorXd& residual) {
+    equations->Add({{t, weight * here},
+                    {next.frame, weight * there},
+                    {last.frame, weight * then}},
+                   weight * residual);
+  };
+  add(options_.acceleration, after + before);
+  add(options_.change_acceleration, after + before - original_change_[t]);
 }
 
 void RefineTerms::AddPhysics(const ModelMotion& motion, int t,
@@ -298,7 +301,7 @@ void RefineTerms::AddPhysics(const ModelMotion& motion, int t,
   VectorXd qvel;
   VectorXd qacc;
   const ContactFit fit = Contacts(motion, t, &qvel, &qacc);
-  const MatrixXd by_contact = ContactDerivative(fit);
+  const MatrixXd by_contact = ContactForceDerivative(*dynamics_, fit.forces);
   const Dynamics::Derivatives inverse =
       dynamics_->InverseDerivatives(motion.qpos[t], qvel, qacc);
   const DisplacementJacobians after = Differentiate(
@@ -308,15 +311,15 @@ void RefineTerms::AddPhysics(const ModelMotion& motion, int t,
 
   // v = (r+ - r-) / 2 dt, a = (r+ + r-) / dt^2.
   const double rate = motion.rate;
-  const Eigen::Matrix<double, 6, 1> weights =
-      options_.physics * RootWeights(dynamics_->import_model());
+  const VectorXd weights =
+      options_.physics *
+      ContactFitWeights(dynamics_->import_model(), options_.torque);
   const MatrixXd by_position =
-      weights.asDiagonal() * (inverse.position.topRows<6>() - by_contact);
+      weights.asDiagonal() * (inverse.position - by_contact);
   const MatrixXd by_velocity =
-      weights.asDiagonal() * inverse.velocity.topRows<6>() * (rate / 2);
+      weights.asDiagonal() * inverse.velocity * (rate / 2);
   const MatrixXd by_acceleration =
-      weights.asDiagonal() * inverse.acceleration.topRows<6>() *
-      (rate * rate);
+      weights.asDiagonal() * inverse.acceleration * (rate * rate);
   const Neighbour next = Find(motion, t + 1);
   const Neighbour last = Find(motion, t - 1);
   equations->Add(
@@ -326,30 +329,7 @@ void RefineTerms::AddPhysics(const ModelMotion& motion, int t,
         Turned((by_velocity + by_acceleration) * after.end, next.turn)},
        {last.frame,
         Turned((by_acceleration - by_velocity) * before.end, last.turn)}},
-      weights.cwiseProduct(fit.remainder.head<6>()), fit.sensitivity);
-}
-
-MatrixXd RefineTerms::ContactDerivative(const ContactFit& fit) const {
-  const ImportModel& model = dynamics_->import_model();
-  const int root = model.model->jnt_bodyid[0];
-  const mjData& data = dynamics_->data();
-  const Matrix3d to_body = motion::FromWxyz(data.xquat + 4 * root)
-                               .conjugate()
-                               .toRotationMatrix();
-  const Vector3d origin = Eigen::Map<const Vector3d>(data.xpos + 3 * root);
-  MatrixXd derivative = MatrixXd::Zero(6, nv_);
-  Vector3d torque = Vector3d::Zero();
-  for (const ContactForce& force : fit.forces) {
-    const GroundPoint& point = model.points[force.contact.point];
-    const Vector3d position = force.contact.position;
-    MatrixXd arm = dynamics_->PointJacobian(
-        point.body, position + Vector3d(0, 0, point.radius));
-    arm.leftCols<3>() -= Matrix3d::Identity();
-    derivative.bottomRows<3>() -= to_body * Cross(force.force) * arm;
-    torque += to_body * (position - origin).cross(force.force);
-  }
-  derivative.block<3, 3>(3, 3) += Cross(torque);
-  return derivative;
+      weights.cwiseProduct(fit.remainder), fit.sensitivity);
 }
 
 }  // namespace sinew::import

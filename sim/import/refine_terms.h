@@ -56,8 +56,6 @@ class RefineTerms {
                      NormalEquations* equations) const;
   void AddPhysics(const ModelMotion& motion, int t,
                   NormalEquations* equations) const;
-  // Derivative of the floor's six root rows by the frame's own coordinates.
-  Eigen::MatrixXd ContactDerivative(const ContactFit& fit) const;
   bool Bears(int t, size_t point) const;
 
   Dynamics* const dynamics_;
@@ -66,8 +64,9 @@ class RefineTerms {
   const RefineOptions options_;
   const int frames_;
   const int nv_;
-  Eigen::VectorXd pose_weights_;          // [nv]
-  Eigen::VectorXd acceleration_weights_;  // [nv]
+  const Eigen::VectorXd pose_weights_;  // [nv]
+  // [frames] second differences of the original; empty without neighbours.
+  std::vector<Eigen::VectorXd> original_change_;
   std::vector<std::vector<int>> may_bear_;  // [frames] of points
 };
 

@@ -59,6 +59,9 @@ absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
                            learner->Update(pointers, i));
     const std::chrono::duration<double> seconds =
         std::chrono::steady_clock::now() - begin;
+    const double cpu_seconds =
+        static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
+    flops_per_cpu_s = std::max(flops_per_cpu_s, statistics.flops / cpu_seconds);
     figures.samples_per_s =
         std::max(figures.samples_per_s, statistics.samples / seconds.count());
     figures.flops_per_s =
