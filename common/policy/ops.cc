@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
-#include "common/policy/graph_error.h"
 #include "common/status_macros.h"
 
 namespace sinew::policy {
@@ -15,7 +14,10 @@ namespace {
 
 using Shape = std::vector<int64_t>;
 
-using internal::Bad;
+template <typename... Parts>
+absl::Status Bad(const Parts&... parts) {
+  return absl::InvalidArgumentError(absl::StrCat(parts...));
+}
 
 std::string Text(const Shape& shape) {
   return absl::StrCat("[", absl::StrJoin(shape, ", "), "]");

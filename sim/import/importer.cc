@@ -15,7 +15,6 @@
 #include "sim/import/ground.h"
 #include "sim/import/model_motion.h"
 #include "sim/import/quality.h"
-#include "sim/import/refine.h"
 #include "sim/import/skeleton_map.h"
 #include "sim/import/source_track.h"
 #include "sim/motion/library.h"
@@ -110,9 +109,6 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
   supported = FindSupport(&dynamics, motion, /*ground=*/0);
   CalibrateGround(&dynamics, supported, &motion);
   MakeFlightsBallistic(&dynamics, supported, &motion);
-  if (!getenv("NOREF")) { RefineOptions ro; if(getenv("RO")) sscanf(getenv("RO"),"%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf",&ro.physics,&ro.joint,&ro.rotation,&ro.position,&ro.height,&ro.torque,&ro.acceleration,&ro.change_acceleration); 
-  motion = RefineMotion(
-      &dynamics, FindBearingPoints(&dynamics, supported, motion), motion,ro);}
   const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);
 
   ImportedClip imported;

@@ -21,6 +21,7 @@ _NEEDED = {
     "/usr/include/grpcpp/grpcpp.h": "libgrpc++-dev",
     "/usr/include/gtest/gtest.h": "libgtest-dev",
     "/usr/include/nlohmann/json.hpp": "nlohmann-json3-dev",
+    "/usr/include/onnx/onnx_pb.h": "libonnx-dev",
     "/usr/include/openssl/evp.h": "libssl-dev",
     "/usr/include/prometheus/registry.h": "prometheus-cpp-dev",
     "/usr/include/spdlog/spdlog.h": "libspdlog-dev",

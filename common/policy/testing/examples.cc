@@ -67,9 +67,9 @@ class ExampleWriter {
     FillNormal({.seed = ++num_parameters_}, tensor.mutable_float32());
     const bool weight = shape.size() > 1 && node.op() != v1::OP_ARGMIN &&
                         node.op() != v1::OP_GATHER;
-    const int64_t fan_in = weight ? tensor.num_elements() / shape[0] : 1;
+    const double fan_in = weight ? tensor.num_elements() / shape[0] : 1.0;
     for (float& value : tensor.mutable_float32()) {
-      value /= std::sqrt(static_cast<float>(fan_in));
+      value /= static_cast<float>(std::sqrt(fan_in));
     }
     example_.weights[name] = std::move(tensor);
   }

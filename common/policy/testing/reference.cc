@@ -113,11 +113,10 @@ Row Conv1dTranspose(const v1::Node& node, const Row& x, const Parameters& p) {
 
 Row LayerNorm(const v1::Node& node, const Row& x, const Parameters& p) {
   double mean = 0;
-  const double count = static_cast<double>(x.size());
-  for (const double element : x) mean += element / count;
+  for (const double element : x) mean += element / x.size();
   double variance = 0;
   for (const double element : x) {
-    variance += (element - mean) * (element - mean) / count;
+    variance += (element - mean) * (element - mean) / x.size();
   }
   Row y;
   for (size_t i = 0; i < x.size(); ++i) {
@@ -152,7 +151,7 @@ Row Argmin(const Row& x, const Parameters& p) {
     }
     if (distance < least) {
       least = distance;
-      nearest = static_cast<double>(code);
+      nearest = code;
     }
   }
   return {nearest};
