@@ -1,6 +1,9 @@
 #include "tools/sinew/motion_command.h"
 
 #include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "common/config/recipe.h"
@@ -10,6 +13,15 @@
 
 namespace sinew::tools {
 namespace {
+
+struct ImportOptions {
+  std::string character = "humanoid";
+  std::string out;
+  std::vector<std::string> files;
+  double rate = 30;  // frames per second
+  std::string provenance;
+  std::string licence;
+};
 
 void PrintClip(const import::ClipReport& report) {
   if (!report.status.ok()) {
@@ -31,20 +43,8 @@ void PrintClip(const import::ClipReport& report) {
   }
 }
 
-}  // namespace
-
-CLI::App* AddMotionImport(CLI::App& motion, ImportOptions& options) {
-  auto* command = motion.add_subcommand("import", "clips to a library");
-  command->add_option("--character", options.character, "name or file");
-  command->add_option("--out", options.out, "library folder")->required();
-  command->add_option("--rate", options.rate, "frames per second");
-  command->add_option("--provenance", options.provenance, "origin of the data");
-  command->add_option("--licence", options.licence, "licence of the data");
-  command->add_option("files", options.files, "clips")->required();
-  return command;
-}
-
-absl::Status RunMotionImport(const ImportOptions& options) {
+absl::Status RunImport(const ImportOptions& options,
+                       const StopToken& /*stop*/) {
   const v1::Physics physics = WithDefaults(v1::Recipe()).physics();
   SINEW_ASSIGN_OR_RETURN(
       const auto character,
@@ -58,6 +58,23 @@ absl::Status RunMotionImport(const ImportOptions& options) {
       *character, options.files, importing, options.out, &reports);
   for (const import::ClipReport& report : reports) PrintClip(report);
   return status;
+}
+
+}  // namespace
+
+void AddMotionCommand(CLI::App& app, Action& action) {
+  auto* motion = app.add_subcommand("motion", "motion libraries");
+  motion->require_subcommand(1);
+  auto options = std::make_shared<ImportOptions>();
+  auto* command = AddSubcommand<ImportOptions>(
+      *motion, "import", "clips to a library", options, action, RunImport);
+  command->add_option("--character", options->character, "name or file");
+  command->add_option("--out", options->out, "library folder")->required();
+  command->add_option("--rate", options->rate, "frames per second");
+  command->add_option("--provenance", options->provenance,
+                      "origin of the data");
+  command->add_option("--licence", options->licence, "licence of the data");
+  command->add_option("files", options->files, "clips")->required();
 }
 
 }  // namespace sinew::tools

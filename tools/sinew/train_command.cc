@@ -3,10 +3,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -15,7 +19,6 @@
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
-#include "common/stop_signal.h"
 #include "learner/ppo/ppo_learner.h"
 #include "learner/state/state_files.h"
 #include "learner/trainer/trainer.h"
@@ -27,6 +30,18 @@
 
 namespace sinew::tools {
 namespace {
+
+struct TrainOptions {
+  std::string recipe;     // name or file
+  std::string motions;    // library folder
+  std::string run;        // run folder; resumed if it holds a state
+  std::string character = "humanoid";
+  double minutes = 0;     // of train_s in all; 0: the recipe's
+  int64_t iterations = 0; // in all; 0: the recipe's
+  std::optional<uint64_t> seed;
+  int threads = 0;        // for rollouts and learning; 0: all cores
+  std::vector<std::string> set;
+};
 
 double NowSeconds() {
   return std::chrono::duration<double>(
@@ -46,7 +61,7 @@ class Session {
   static absl::StatusOr<std::unique_ptr<Session>> Open(
       const TrainOptions& options);
 
-  absl::Status Loop();
+  absl::Status Loop(const StopToken& stop);
 
  private:
   Session() = default;
@@ -185,8 +200,8 @@ void Session::ShowProgress(const learner::IterationReport& report) const {
                 report.update.reward_mean, seconds_.train / 60);
 }
 
-absl::Status Session::Loop() {
-  while (!IsDone() && !StopRequested()) {
+absl::Status Session::Loop(const StopToken& stop) {
+  while (!IsDone() && !stop.stop_requested()) {
     const double start = NowSeconds();
     SINEW_ASSIGN_OR_RETURN(const learner::IterationReport report,
                            trainer_->RunIteration());
@@ -204,12 +219,27 @@ absl::Status Session::Loop() {
   return Save();
 }
 
-}  // namespace
-
-absl::Status RunTrain(const TrainOptions& options) {
+absl::Status RunTrain(const TrainOptions& options, const StopToken& stop) {
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<Session> session,
                          Session::Open(options));
-  return session->Loop();
+  return session->Loop(stop);
+}
+
+}  // namespace
+
+void AddTrainCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<TrainOptions>();
+  auto* command = AddSubcommand<TrainOptions>(
+      app, "train", "start or resume a run", options, action, RunTrain);
+  command->add_option("--recipe", options->recipe, "name or file")->required();
+  command->add_option("--motions", options->motions, "library")->required();
+  command->add_option("--run", options->run, "run directory")->required();
+  command->add_option("--character", options->character, "name or file");
+  command->add_option("--minutes", options->minutes, "of training, in all");
+  command->add_option("--iterations", options->iterations, "in all");
+  command->add_option("--seed", options->seed, "of all random streams");
+  command->add_option("--threads", options->threads, "default: all cores");
+  command->add_option("--set", options->set, "path=value in the recipe");
 }
 
 }  // namespace sinew::tools

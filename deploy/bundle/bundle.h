@@ -1,0 +1,61 @@
+#ifndef SINEW_DEPLOY_BUNDLE_BUNDLE_H_
+#define SINEW_DEPLOY_BUNDLE_BUNDLE_H_
+
+#include <map>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/policy/safetensors.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/graph.pb.h"
+
+namespace sinew::bundle {
+
+// A bundle is a folder:
+//
+//   manifest.json            v1::BundleManifest in proto3 JSON; written last
+//   graph.textproto          v1::PolicyGraph: "policy" (later "encoder" ...)
+//   weights.safetensors      its parameters
+//   policy.onnx              the same graph for other runtimes; its external
+//                            data point into weights.safetensors
+//   character/               character.textproto, its MJCF and meshes
+//
+// The manifest names every other file with its SHA-256.
+struct Bundle {
+  std::string directory;
+  v1::BundleManifest manifest;
+  v1::PolicyGraph graph;
+  TensorMap weights;
+
+  // Path of the character's text proto, for character::Character::Load.
+  std::string character_file() const {
+    return directory + "/character/character.textproto";
+  }
+};
+
+// Reads and checks a bundle: version, digest of every file, graph and weights
+// that fit each other and the manifest, finite numbers. Blocks on the disk.
+// NOT_FOUND (no such folder or file), INVALID_ARGUMENT or DATA_LOSS name file,
+// expected and found; nothing of a faulty bundle is returned.
+absl::StatusOr<Bundle> ReadBundle(const std::string& directory);
+
+// What a bundle is made of.
+struct BundleContent {
+  // `files`, `graphs` and `format_version` are filled in by WriteBundle.
+  v1::BundleManifest manifest;
+  v1::PolicyGraph graph;
+  TensorMap weights;
+  // Path below character/ -> content.
+  std::map<std::string, std::string> character_files;
+};
+
+// Writes a bundle into a folder beside `directory` and renames it into place:
+// a crash leaves the old one or the new one. INVALID_ARGUMENT: content that
+// ReadBundle would refuse; RESOURCE_EXHAUSTED: disk full, the old one stays.
+absl::Status WriteBundle(const BundleContent& content,
+                         const std::string& directory);
+
+}  // namespace sinew::bundle
+
+#endif  // SINEW_DEPLOY_BUNDLE_BUNDLE_H_

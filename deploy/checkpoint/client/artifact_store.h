@@ -1,0 +1,68 @@
+#ifndef SINEW_DEPLOY_CHECKPOINT_CLIENT_ARTIFACT_STORE_H_
+#define SINEW_DEPLOY_CHECKPOINT_CLIENT_ARTIFACT_STORE_H_
+
+#include <map>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/blobs/blob_source.h"
+#include "proto/sinew/v1/checkpoint.pb.h"
+
+namespace sinew::checkpoint {
+
+// Where training states, bundles and assets are kept: content-addressed blobs,
+// immutable artifacts that name them, aliases that name artifacts. In a folder
+// of this machine (deploy/checkpoint/local_store.h) or behind gRPC
+// (checkpoint_client.h).
+//
+//   PutBlob ... PutBlob  PutArtifact("state-00000120")  SetAlias("latest", ...)
+//   Retain("state", 3)
+//   GetArtifact("latest")  GetBlob(its files' digests) ...
+//
+// An artifact is either whole or not there: its record is written last.
+//
+// Thread-safety: any thread. Ownership: results are shared. Blocking: on the
+// disk or the network, never for ever. Errors: name artifact, file or digest,
+// expected and found; RESOURCE_EXHAUSTED: no room (nothing that was there is
+// lost); NOT_FOUND; DATA_LOSS: bytes do not match their digest.
+class ArtifactStore : public BlobSource {
+ public:
+  // Stores bytes under their digest and returns it; harmless if they are there.
+  virtual absl::StatusOr<std::string> PutBlob(const Blob& blob) = 0;
+
+  // Registers an artifact. FAILED_PRECONDITION: a blob of it is missing;
+  // ALREADY_EXISTS: same id with other content (equal content is harmless).
+  virtual absl::Status PutArtifact(const v1::Artifact& artifact) = 0;
+
+  // By id or alias.
+  virtual absl::StatusOr<v1::Artifact> GetArtifact(const std::string& name) = 0;
+
+  // Newest first; empty kind: all.
+  virtual absl::StatusOr<v1::ListArtifactsResponse> ListArtifacts(
+      const std::string& kind) = 0;
+
+  // Points an alias at an artifact. FAILED_PRECONDITION if `expected_id` is
+  // not empty and the alias points elsewhere.
+  virtual absl::Status SetAlias(const std::string& alias, const std::string& id,
+                                const std::string& expected_id = "") = 0;
+
+  // Removes the artifacts of a kind beyond the newest `keep` (>= 1), but none
+  // that an alias names, then the blobs that nothing refers to.
+  virtual absl::Status Retain(const std::string& kind, int keep) = 0;
+};
+
+// Files of an artifact by relative path.
+using ArtifactFiles = std::map<std::string, Blob>;
+
+// Stores the files, then the artifact `record` with `files` filled in.
+absl::Status PutFiles(ArtifactStore& store, v1::Artifact record,
+                      const ArtifactFiles& files);
+
+// All files of an artifact, by id or alias, verified.
+absl::StatusOr<ArtifactFiles> GetFiles(ArtifactStore& store,
+                                       const std::string& name);
+
+}  // namespace sinew::checkpoint
+
+#endif  // SINEW_DEPLOY_CHECKPOINT_CLIENT_ARTIFACT_STORE_H_
