@@ -6,6 +6,7 @@
 #include "common/status_macros.h"
 #include "sim/motion/library.h"
 #include "tools/evaluation/bundle_subject.h"
+#include "tools/evaluation/subject.h"
 #include "tools/report/film.h"
 #include "tools/report/page.h"
 #include "tools/report/page_data.h"

@@ -8,7 +8,10 @@
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/eval_command.h"
 #include "tools/sinew/motion_command.h"
+#include "tools/sinew/render_command.h"
+#include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -27,7 +30,10 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
+  AddEvalCommand(app, action);
   AddMotionCommand(app, action);
+  AddRenderCommand(app, action);
+  AddReportCommand(app, action);
   AddTrainCommand(app, action);
   try {
     app.parse(argc, argv);
