@@ -7,7 +7,6 @@ turn into an error deep inside a compile is found here first.
 
 # A header that stands for the package, and the package.
 _NEEDED = {
-    "/usr/bin/chromium-headless-shell": "chromium-headless-shell",
     "/usr/bin/grpc_cpp_plugin": "protobuf-compiler-grpc",
     "/usr/bin/protoc": "protobuf-compiler",
     "/usr/include/CLI/CLI.hpp": "libcli11-dev",
