@@ -29,7 +29,7 @@ function short(value) {
   if (size >= 1e4) return (value / 1e3).toPrecision(3) + " k";
   if (size >= 100) return String(Math.round(value));
   if (size === 0) return "0";
-  if (size < 1e-3) return value.toExponential(1);
+  if (size < 1e-4) return value.toExponential(1);
   return String(Number(value.toPrecision(3)));
 }
 const percent = (v, digits = 0) => isNumber(v) ? (100 * v).toFixed(digits) + " %" : "–";

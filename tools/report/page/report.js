@@ -147,7 +147,7 @@ function chartList(group) {
     {title: "KL divergence per iteration", low: 0, series: [line(train, "kl", "KL", 2)]},
     {title: "Clipped ratios", low: 0, format: percent,
      series: [line(train, "clip_fraction", "share", 1)]},
-    {title: "Value: variance explained", high: 1,
+    {title: "Value: variance explained", low: -1, high: 1,
      series: [line(train, "explained_variance", "share", 0)]},
     {title: "Gradient norms", low: 0,
      series: [line(train, "policy_gradient_norm", "policy", 0),
