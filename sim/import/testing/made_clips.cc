@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
@@ -109,15 +108,11 @@ std::vector<std::string> RecordedClips() {
   const char* data = std::getenv("SINEW_DATA");
   std::vector<std::string> clips;
   if (data == nullptr) return clips;
-  const std::string folder = JoinPath(data, "motions/deepmimic");
-  const auto names = ListDirectory(folder);
-  if (!names.ok()) return clips;
-  for (const std::string& name : *names) {
-    if (absl::StartsWith(name, "humanoid3d_")) {
-      clips.push_back(JoinPath(folder, name));
-    }
+  for (const char* name : {"walk", "run", "jump", "getup_faceup"}) {
+    const std::string path = JoinPath(
+        data, absl::StrCat("motions/deepmimic/humanoid3d_", name, ".txt"));
+    if (FileSize(path).ok()) clips.push_back(path);
   }
-  std::sort(clips.begin(), clips.end());
   return clips;
 }
 

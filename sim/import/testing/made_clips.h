@@ -16,8 +16,8 @@ std::string MarchJson(double floating = 0);
 // Lies on its back for 1 s, half a metre above the floor.
 std::string LyingJson();
 
-// DeepMimic clips of the folder that the environment variable SINEW_DATA
-// names, sorted; empty if it is unset.
+// A few recorded DeepMimic clips (walk, run, jump, get-up) below the folder that
+// the environment variable SINEW_DATA names; empty if it is unset.
 std::vector<std::string> RecordedClips();
 
 }  // namespace sinew::import::testing
