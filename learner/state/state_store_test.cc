@@ -21,8 +21,9 @@ using ::testing::IsEmpty;
 
 std::vector<std::string> Ids(checkpoint::ArtifactStore& store) {
   std::vector<std::string> ids;
-  for (const v1::Artifact& artifact :
-       store.ListArtifacts("state")->artifacts()) {
+  const auto list = store.ListArtifacts("state");
+  EXPECT_THAT(list, IsOk());
+  for (const v1::Artifact& artifact : list->artifacts()) {
     ids.push_back(artifact.id());
   }
   return ids;

@@ -141,7 +141,8 @@ std::vector<std::string> ArtifactIndex::Surplus(
     const std::function<bool(const v1::Artifact&)>& is_whole) const {
   std::vector<std::string> surplus;
   int whole = 0;
-  for (const v1::Artifact& artifact : List(kind).artifacts()) {
+  const v1::ListArtifactsResponse list = List(kind);
+  for (const v1::Artifact& artifact : list.artifacts()) {
     if (whole >= keep && !HasAlias(artifact.id())) {
       surplus.push_back(artifact.id());
     }
