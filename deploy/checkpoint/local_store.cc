@@ -117,8 +117,8 @@ absl::StatusOr<std::string> LocalStore::PutBlob(const Blob& blob) {
   }
   const absl::Status status = WriteFileAtomically(path, *blob);
   if (status.ok()) return sha256;
-  MutexLock lock(mu_);
-  index_.Release(sha256);
+  // They may be there and only their name not be safe.
+  DropBlobs({sha256}).IgnoreError();
   return status;
 }
 
