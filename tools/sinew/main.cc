@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "tools/sinew/actor_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/motion_command.h"
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
+  AddActorCommand(app, action);
   AddCheckpointCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
