@@ -32,8 +32,8 @@ absl::StatusOr<std::string> FindRecipe(const std::string& name) {
         JoinPath(folder, absl::StrCat(name, ".textproto"));
     if (FileExists(path)) return path;
   }
-  return absl::NotFoundError(absl::StrCat("recipe: no \"", name,
-                                          "\" in ", absl::StrJoin(folders, ", ")));
+  return absl::NotFoundError(absl::StrCat("recipe: no \"", name, "\" in ",
+                                          absl::StrJoin(folders, ", ")));
 }
 
 }  // namespace
