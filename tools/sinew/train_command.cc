@@ -98,17 +98,18 @@ absl::StatusOr<std::unique_ptr<Session>> Session::Open(
       options.minutes > 0 ? options.minutes : recipe.max_minutes();
   session->max_iterations_ =
       options.iterations > 0 ? options.iterations : recipe.max_iterations();
-  session->threads_ = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::thread::hardware_concurrency());
+  session->threads_ =
+      options.threads > 0
+          ? options.threads
+          : static_cast<int>(std::thread::hardware_concurrency());
 
   SINEW_ASSIGN_OR_RETURN(
       auto character,
       character::Character::Load(options.character, recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(options.motions));
   const v1::MotionLibrary manifest = library->manifest();
-  const std::string assets_sha256 = Sha256Hex(
-      absl::StrCat(character->digest(), library->digest(), PrintRecipe(recipe)));
+  const std::string assets_sha256 = Sha256Hex(absl::StrCat(
+      character->digest(), library->digest(), PrintRecipe(recipe)));
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<const actor::RolloutAssets> assets,
       actor::RolloutAssets::FromParts(recipe, std::move(character),
