@@ -10,8 +10,11 @@
 #include "tools/sinew/actor_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/eval_command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
+#include "tools/sinew/render_command.h"
+#include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -32,8 +35,11 @@ int main(int argc, char** argv) {
   Action action;
   AddActorCommand(app, action);
   AddCheckpointCommand(app, action);
+  AddEvalCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
+  AddRenderCommand(app, action);
+  AddReportCommand(app, action);
   AddTrainCommand(app, action);
   try {
     app.parse(argc, argv);
