@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "tools/sinew/bench_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
+  AddBenchCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
   AddTrainCommand(app, action);
