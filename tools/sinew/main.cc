@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
 #include "tools/sinew/actor_command.h"
+#include "tools/sinew/bench_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/eval_command.h"
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   AddActorCommand(app, action);
+  AddBenchCommand(app, action);
   AddCheckpointCommand(app, action);
   AddEvalCommand(app, action);
   AddMotionCommand(app, action);
