@@ -9,6 +9,7 @@
 #include "common/stop.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/motion_command.h"
+#include "tools/sinew/replay_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   AddMotionCommand(app, action);
+  AddReplayCommand(app, action);
   AddTrainCommand(app, action);
   try {
     app.parse(argc, argv);
