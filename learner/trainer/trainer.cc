@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -23,12 +24,6 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
-std::vector<int64_t> Ids(const std::vector<v1::Order>& orders) {
-  std::vector<int64_t> ids;
-  for (const v1::Order& order : orders) ids.push_back(order.order_id());
-  return ids;
-}
-
 double CoreSeconds(const v1::StageSeconds& seconds) {
   return seconds.simulate() + seconds.infer() + seconds.observe() +
          seconds.encode();
@@ -41,6 +36,7 @@ void Summarise(const std::vector<v1::Segment>& segments,
   double steps = 0;
   for (const v1::Segment& segment : segments) {
     report.diverged += segment.diverged();
+    report.policy_lag = segment.iteration() - segment.snapshot_version();
     report.physics_steps += segment.physics_steps();
     const v1::StageSeconds& seconds = segment.seconds();
     total.set_simulate(total.simulate() + seconds.simulate());
@@ -52,6 +48,10 @@ void Summarise(const std::vector<v1::Segment>& segments,
       steps += episode.steps();
       report.failed_episodes +=
           episode.reason() == v1::EpisodeEnd::REASON_TERMINATED;
+      report.time_limit_episodes +=
+          episode.reason() == v1::EpisodeEnd::REASON_TIME_LIMIT;
+      report.clip_end_episodes +=
+          episode.reason() == v1::EpisodeEnd::REASON_CLIP_END;
     }
   }
   if (report.episodes > 0) {
@@ -116,70 +116,106 @@ absl::Status Trainer::BeginTraining(int64_t iteration) {
   return experience_.Begin(open_orders_);
 }
 
-absl::StatusOr<IterationReport> Trainer::RunIteration() {
-  IterationReport report;
-  if (open_orders_.empty()) SINEW_RETURN_IF_ERROR(BeginTraining(iteration_));
+absl::Status Trainer::BeginNext() {
+  return open_orders_.empty() ? BeginTraining(iteration_) : absl::OkStatus();
+}
 
-  const auto wait_start = std::chrono::steady_clock::now();
-  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::Segment> segments,
-                         experience_.Take(Ids(open_orders_)));
-  report.wait_seconds = SecondsSince(wait_start);
+bool Trainer::IsDue(const v1::PendingEvaluation& pending) const {
+  return pending.begun_iteration() + options_.recipe.evaluation().delay() <=
+         iteration_ + 1;
+}
+
+absl::StatusOr<Trainer::Collected> Trainer::Collect() {
+  std::vector<int64_t> ids;
+  for (const v1::Order& order : open_orders_) ids.push_back(order.order_id());
+  for (const v1::PendingEvaluation& pending : pending_) {
+    if (!IsDue(pending)) break;
+    for (const v1::Order& order : pending.orders()) {
+      ids.push_back(order.order_id());
+    }
+  }
+  Collected result;
+  SINEW_ASSIGN_OR_RETURN(result.training, experience_.Take(ids));
+  const auto evaluations = result.training.begin() + open_orders_.size();
+  result.evaluation.assign(std::make_move_iterator(evaluations),
+                           std::make_move_iterator(result.training.end()));
+  result.training.erase(evaluations, result.training.end());
+  return result;
+}
+
+absl::Status Trainer::Absorb(const std::vector<v1::Segment>& segments) {
   SINEW_RETURN_IF_ERROR(planner_.Absorb(open_orders_, segments));
   open_orders_.clear();
-  Summarise(segments, report);
   for (const v1::Segment& segment : segments) {
     curriculum_->Record(std::vector<v1::EpisodeEnd>(segment.episodes().begin(),
                                                     segment.episodes().end()),
                         iteration_);
   }
   curriculum_->Reweigh();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<IterationReport> Trainer::RunIteration() {
+  IterationReport report;
+  const auto start = std::chrono::steady_clock::now();
+  SINEW_RETURN_IF_ERROR(BeginNext());
+  SINEW_ASSIGN_OR_RETURN(const Collected collected, Collect());
+  report.wait_seconds = SecondsSince(start);
+  // From here on nothing waits for others; a failure is fatal.
+  at_rest_ = false;
+  SINEW_RETURN_IF_ERROR(Absorb(collected.training));
+  Summarise(collected.training, report);
   if (options_.recipe.rollouts().max_policy_lag() > 0) {
     SINEW_RETURN_IF_ERROR(BeginTraining(iteration_ + 1));
   }
 
   const auto learn_start = std::chrono::steady_clock::now();
   std::vector<const v1::Segment*> pointers;
-  for (const v1::Segment& segment : segments) pointers.push_back(&segment);
+  for (const v1::Segment& segment : collected.training) {
+    pointers.push_back(&segment);
+  }
   SINEW_ASSIGN_OR_RETURN(report.update,
                          learner_->Update(pointers, iteration_));
+  report.learn_seconds = SecondsSince(learn_start);
+  const auto publish_start = std::chrono::steady_clock::now();
+  FinishEvaluations(collected.evaluation, report);
   ++iteration_;
   samples_ += report.update.samples;
-  SINEW_RETURN_IF_ERROR(FinishEvaluations(report));
+  if (report.evaluation) ObserveEvaluation(*report.evaluation);
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
   SINEW_RETURN_IF_ERROR(PublishSnapshot());
   SINEW_RETURN_IF_ERROR(BeginEvaluationIfDue());
-  report.learn_seconds = SecondsSince(learn_start);
+  report.publish_seconds = SecondsSince(publish_start);
+  at_rest_ = true;
   report.iteration = iteration_;
   report.samples = samples_;
   report.policy_version = snapshots_.back().snapshot.version();
   return report;
 }
 
-absl::Status Trainer::FinishEvaluations(IterationReport& report) {
-  const int64_t delay = options_.recipe.evaluation().delay();
-  while (!pending_.empty() &&
-         pending_.front().begun_iteration() + delay <= iteration_) {
-    const v1::PendingEvaluation& pending = pending_.front();
-    SINEW_ASSIGN_OR_RETURN(
-        const std::vector<v1::Segment> segments,
-        experience_.Take(
-            Ids({pending.orders().begin(), pending.orders().end()})));
+void Trainer::FinishEvaluations(const std::vector<v1::Segment>& segments,
+                                IterationReport& report) {
+  size_t first = 0;
+  while (!pending_.empty() && IsDue(pending_.front())) {
+    const size_t end = first + pending_.front().orders_size();
     std::vector<v1::EvaluationResult> results;
-    for (const v1::Segment& segment : segments) {
-      results.insert(results.end(), segment.results().begin(),
-                     segment.results().end());
-      report.evaluation_core_seconds += CoreSeconds(segment.seconds());
+    for (; first < end; ++first) {
+      results.insert(results.end(), segments[first].results().begin(),
+                     segments[first].results().end());
+      report.evaluation_core_seconds += CoreSeconds(segments[first].seconds());
     }
     report.evaluation = SummariseEvaluation(results);
-    report.evaluated_iteration = pending.begun_iteration();
-    const SetSummary& overall = report.evaluation->overall;
-    annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
-                          std::max(1, overall.starts),
-                      overall.survived_share, samples_);
+    report.evaluated_iteration = pending_.front().begun_iteration();
     pending_.pop_front();
   }
-  return absl::OkStatus();
+}
+
+void Trainer::ObserveEvaluation(const EvaluationSummary& evaluation) {
+  const SetSummary& overall = evaluation.overall;
+  annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
+                        std::max(1, overall.starts),
+                    overall.survived_share, samples_);
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {
