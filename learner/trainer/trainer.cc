@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
-#include "common/digest.h"
 #include "common/evaluation/evaluation_starts.h"
 #include "common/status_macros.h"
 #include "learner/trainer/policy_snapshot.h"
@@ -15,7 +14,6 @@
 namespace sinew::learner {
 namespace {
 
-constexpr int kFormatVersion = 1;
 // Snapshot k for the next iteration and k - 1 for open orders.
 constexpr size_t kMaxSnapshots = 2;
 
@@ -34,6 +32,7 @@ void Summarise(const std::vector<v1::Segment>& segments,
                IterationReport& report) {
   v1::StageSeconds& total = report.rollout_seconds;
   double steps = 0;
+  report.segments = static_cast<int64_t>(segments.size());
   for (const v1::Segment& segment : segments) {
     report.diverged += segment.diverged();
     report.policy_lag = segment.iteration() - segment.snapshot_version();
@@ -61,11 +60,6 @@ void Summarise(const std::vector<v1::Segment>& segments,
 
 }  // namespace
 
-std::string MakeRunId(const v1::Recipe& recipe,
-                      const std::string& assets_sha256) {
-  return Sha256Hex(absl::StrCat(PrintRecipe(recipe), "\n", assets_sha256));
-}
-
 Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
                  Experience& experience, OrderPlanner planner)
     : options_(std::move(options)),
@@ -78,6 +72,7 @@ absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
     Options options, std::unique_ptr<PpoLearner> learner,
     Experience& experience) {
   const v1::Recipe& recipe = options.recipe;
+  SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<Curriculum> curriculum,
       Curriculum::Create(recipe.task().start(), options.library));
@@ -174,8 +169,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   for (const v1::Segment& segment : collected.training) {
     pointers.push_back(&segment);
   }
-  SINEW_ASSIGN_OR_RETURN(report.update,
-                         learner_->Update(pointers, iteration_));
+  SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
   report.learn_seconds = SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();
   FinishEvaluations(collected.evaluation, report);
@@ -227,98 +221,6 @@ absl::Status Trainer::BeginEvaluationIfDue() {
   pending.set_begun_iteration(iteration_);
   pending.mutable_orders()->Assign(orders.begin(), orders.end());
   return experience_.Begin(orders);
-}
-
-Trainer::State Trainer::Save() const {
-  State state;
-  v1::TrainingState& counters = state.counters;
-  counters.set_format_version(kFormatVersion);
-  counters.set_run_id(options_.run_id);
-  counters.set_iteration(iteration_);
-  counters.set_samples(samples_);
-  counters.set_next_order_id(planner_.next_order_id());
-  counters.mutable_environments()->Assign(planner_.environments().begin(),
-                                          planner_.environments().end());
-  counters.mutable_open_orders()->Assign(open_orders_.begin(),
-                                         open_orders_.end());
-  for (const PublishedSnapshot& snapshot : snapshots_) {
-    auto& reference = *counters.add_snapshots();
-    reference.set_version(snapshot.snapshot.version());
-    reference.set_sha256(snapshot.sha256);
-    state.snapshots.push_back(snapshot.bytes);
-  }
-  *counters.mutable_curriculum() = curriculum_->table();
-  *counters.mutable_anneal() = annealer_.state();
-  for (const v1::PendingEvaluation& pending : pending_) {
-    *counters.add_pending_evaluations() = pending;
-  }
-  counters.set_recipe_sha256(Sha256Hex(PrintRecipe(options_.recipe)));
-  counters.set_assets_sha256(options_.assets_sha256);
-  learner_->SaveCounters(counters);
-  state.tensors = learner_->SaveTensors();
-  return state;
-}
-
-absl::Status Trainer::Restore(const State& state) {
-  const v1::TrainingState& counters = state.counters;
-  const auto differs = [](absl::string_view what, absl::string_view expected,
-                          absl::string_view found) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("training state: ", what, ": expected ", expected,
-                     ", found ", found));
-  };
-  if (counters.format_version() != kFormatVersion) {
-    return differs("format_version", absl::StrCat(kFormatVersion),
-                   absl::StrCat(counters.format_version()));
-  }
-  if (counters.run_id() != options_.run_id) {
-    return differs("run_id (recipe or assets have changed)", options_.run_id,
-                   counters.run_id());
-  }
-  if (counters.snapshots_size() != static_cast<int>(state.snapshots.size()) ||
-      state.snapshots.empty()) {
-    return differs("snapshots", absl::StrCat(counters.snapshots_size()),
-                   absl::StrCat(state.snapshots.size()));
-  }
-  std::deque<PublishedSnapshot> snapshots;
-  for (int i = 0; i < counters.snapshots_size(); ++i) {
-    PublishedSnapshot& snapshot = snapshots.emplace_back();
-    snapshot.bytes = state.snapshots[i];
-    snapshot.sha256 = Sha256Hex(snapshot.bytes);
-    if (snapshot.sha256 != counters.snapshots(i).sha256() ||
-        !snapshot.snapshot.ParseFromString(snapshot.bytes)) {
-      return differs(absl::StrCat("snapshot ", counters.snapshots(i).version()),
-                     counters.snapshots(i).sha256(), snapshot.sha256);
-    }
-  }
-  SINEW_RETURN_IF_ERROR(curriculum_->Restore(counters.curriculum()));
-  SINEW_RETURN_IF_ERROR(planner_.Restore(
-      std::vector<v1::EnvironmentState>(counters.environments().begin(),
-                                        counters.environments().end()),
-      counters.next_order_id()));
-  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
-  annealer_.Restore(counters.anneal());
-  iteration_ = counters.iteration();
-  samples_ = counters.samples();
-  learner_->SetFactors(annealer_.StdFactor(samples_),
-                       annealer_.LearningRateFactor(samples_));
-  snapshots_ = std::move(snapshots);
-  open_orders_.assign(counters.open_orders().begin(),
-                      counters.open_orders().end());
-  pending_.assign(counters.pending_evaluations().begin(),
-                  counters.pending_evaluations().end());
-  for (const PublishedSnapshot& snapshot : snapshots_) {
-    SINEW_RETURN_IF_ERROR(experience_.Publish(snapshot));
-  }
-  // What was out is run again: a rollout is a pure function.
-  if (!open_orders_.empty()) {
-    SINEW_RETURN_IF_ERROR(experience_.Begin(open_orders_));
-  }
-  for (const v1::PendingEvaluation& pending : pending_) {
-    SINEW_RETURN_IF_ERROR(experience_.Begin(
-        {pending.orders().begin(), pending.orders().end()}));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace sinew::learner

@@ -24,15 +24,16 @@ namespace sinew::learner {
 
 // What one iteration did, for metrics.jsonl, progress and reports.
 struct IterationReport {
-  int64_t iteration = 0;        // completed iterations
-  int64_t samples = 0;          // in all
-  int64_t policy_version = 0;   // newest snapshot
+  int64_t iteration = 0;       // completed iterations
+  int64_t samples = 0;         // in all
+  int64_t policy_version = 0;  // newest snapshot
   UpdateStatistics update;
   int64_t episodes = 0;         // ended in this iteration
   int64_t failed_episodes = 0;  // terminated; others were truncated:
   int64_t time_limit_episodes = 0, clip_end_episodes = 0;
   int64_t diverged = 0;
-  int64_t policy_lag = 0;       // versions that the orders were behind
+  int64_t segments = 0;    // learned from, all of one lag:
+  int64_t policy_lag = 0;  // versions that the orders were behind
   double mean_episode_steps = 0;
   int64_t physics_steps = 0;
   // Seconds of actor threads by stage, training orders only.
@@ -68,12 +69,14 @@ struct IterationReport {
 class Trainer {
  public:
   struct Options {
-    v1::Recipe recipe;          // defaults filled, valid
+    v1::Recipe recipe;          // defaults filled
     v1::MotionLibrary library;  // manifest
     std::string run_id;
     std::string assets_sha256;
     std::string layout_sha256;
   };
+  // INVALID_ARGUMENT: the recipe (ValidateRecipe), or it does not fit the
+  // library.
   static absl::StatusOr<std::unique_ptr<Trainer>> Create(
       Options options, std::unique_ptr<PpoLearner> learner,
       Experience& experience);
@@ -127,6 +130,7 @@ class Trainer {
                          IterationReport& report);
   void ObserveEvaluation(const EvaluationSummary& evaluation);
   absl::Status BeginEvaluationIfDue();
+  absl::Status BeginAgain();
 
   const Options options_;
   std::unique_ptr<PpoLearner> learner_;

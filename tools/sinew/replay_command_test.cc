@@ -59,8 +59,9 @@ TEST_F(ReplayCommand, RefusesPlainTextToOtherMachines) {
 }
 
 TEST_F(ReplayCommand, NeedsAnAddressAndASize) {
-  EXPECT_THROW(Run(""), CLI::RequiredError);
-  EXPECT_THROW(Run("--listen unix:/x --bytes many"), CLI::ValidationError);
+  EXPECT_THROW(static_cast<void>(Run("")), CLI::RequiredError);
+  EXPECT_THROW(static_cast<void>(Run("--listen unix:/x --bytes many")),
+               CLI::ValidationError);
 }
 
 }  // namespace
