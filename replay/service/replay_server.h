@@ -32,11 +32,11 @@ class ReplayServer {
   struct Options {
     // "unix:PATH" or "HOST:PORT"; port 0 takes a free one.
     std::string address;
-    rpc::Security security;
+    rpc::Security security = {};
     // Bound of the segments held or arriving, bytes, >= 1 MiB.
     int64_t limit_bytes = int64_t{256} << 20;
     // HOST:PORT of the metrics endpoint; empty: none.
-    std::string metrics_address;
+    std::string metrics_address = {};
   };
 
   static absl::StatusOr<std::unique_ptr<ReplayServer>> Create(
