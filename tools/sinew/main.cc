@@ -15,6 +15,7 @@
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
 #include "tools/sinew/render_command.h"
+#include "tools/sinew/replay_command.h"
 #include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
 
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
   AddRenderCommand(app, action);
+  AddReplayCommand(app, action);
   AddReportCommand(app, action);
   AddTrainCommand(app, action);
   try {
