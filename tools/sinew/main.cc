@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/train_command.h"
 
@@ -27,6 +28,7 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
+  AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
   AddTrainCommand(app, action);
   try {

@@ -6,7 +6,6 @@
 
 #include "actor/rollout_assets.h"
 #include "common/config/recipe.h"
-#include "common/config/text_proto.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
