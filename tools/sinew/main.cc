@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "tools/sinew/actor_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
@@ -28,15 +29,4 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
-  AddLearnerCommand(app, action);
-  AddMotionCommand(app, action);
-  AddTrainCommand(app, action);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const auto signals = sinew::SignalStop::Install();
-  if (!signals.ok()) return ExitCode(signals.status());
-  return ExitCode(action((*signals)->token()));
-}
+  AddActorCommand(app, action);
