@@ -8,9 +8,14 @@
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
 #include "tools/sinew/actor_command.h"
+#include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/eval_command.h"
 #include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
+#include "tools/sinew/quickstart_command.h"
+#include "tools/sinew/render_command.h"
+#include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -30,3 +35,20 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   AddActorCommand(app, action);
+  AddCheckpointCommand(app, action);
+  AddEvalCommand(app, action);
+  AddLearnerCommand(app, action);
+  AddMotionCommand(app, action);
+  AddQuickstartCommand(app, action);
+  AddRenderCommand(app, action);
+  AddReportCommand(app, action);
+  AddTrainCommand(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  const auto signals = sinew::SignalStop::Install();
+  if (!signals.ok()) return ExitCode(signals.status());
+  return ExitCode(action((*signals)->token()));
+}
