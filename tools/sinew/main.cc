@@ -16,6 +16,7 @@
 #include "tools/sinew/quickstart_command.h"
 #include "tools/sinew/render_command.h"
 #include "tools/sinew/report_command.h"
+#include "tools/sinew/replay_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   AddQuickstartCommand(app, action);
   AddRenderCommand(app, action);
   AddReportCommand(app, action);
+  AddReplayCommand(app, action);
   AddTrainCommand(app, action);
   try {
     app.parse(argc, argv);
