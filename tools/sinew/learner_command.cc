@@ -32,6 +32,7 @@ absl::Status RunLearner(const LearnerOptions& options, const StopToken& stop) {
   run_options.listen = options.listen;
   run_options.security = options.security;
   run_options.replay_address = options.replay;
+  run_options.checkpoint_address = options.checkpoint;
   run_options.metrics_address = options.metrics;
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TrainingRun> run,
                          TrainingRun::Open(run_options, clock, stop));

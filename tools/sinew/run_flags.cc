@@ -37,6 +37,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.character = flags.character;
   options.motions = flags.motions;
   options.directory = flags.run;
+  options.init = flags.init;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;
   options.cores = options.ranks = ThreadsOf(flags);
