@@ -12,6 +12,7 @@
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/eval_command.h"
+#include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
 #include "tools/sinew/render_command.h"
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
   AddBenchCommand(app, action);
   AddCheckpointCommand(app, action);
   AddEvalCommand(app, action);
+  AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
   AddRenderCommand(app, action);
