@@ -24,6 +24,7 @@
 #include "learner/trainer/trainer.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "sim/world/mirror.h"
 #include "tools/local/local_experience.h"
 #include "tools/sinew/metrics_log.h"
 #include "tools/sinew/resources.h"
@@ -120,12 +121,17 @@ absl::StatusOr<std::unique_ptr<Session>> Session::Open(
   local.max_environments = recipe.rollouts().environments_per_order();
   SINEW_ASSIGN_OR_RETURN(session->experience_,
                          LocalExperience::Create(local, assets));
+  std::optional<SegmentMirror> mirror;
+  if (recipe.ppo().mirror()) {
+    SINEW_ASSIGN_OR_RETURN(mirror, world::MakeMirror(assets->task()));
+  }
   SINEW_ASSIGN_OR_RETURN(
       auto learner,
       learner::PpoLearner::Create(
           recipe, {.observation_width = assets->task().observation_width(),
                    .action_width = assets->task().action_width(),
-                   .ranks = session->threads_}));
+                   .ranks = session->threads_,
+                   .mirror = mirror}));
   learner::Trainer::Options trainer;
   trainer.recipe = recipe;
   trainer.library = manifest;
