@@ -15,12 +15,14 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "actor/rollout_assets.h"
+#include "common/clock.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "deploy/checkpoint/local_store.h"
 #include "learner/ppo/ppo_learner.h"
-#include "learner/state/state_files.h"
+#include "learner/state/state_store.h"
 #include "learner/trainer/trainer.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
@@ -80,6 +82,8 @@ class Session {
   std::unique_ptr<DirectoryLock> lock_;
   std::unique_ptr<LocalExperience> experience_;
   std::unique_ptr<learner::Trainer> trainer_;
+  const SystemClock clock_;
+  std::unique_ptr<checkpoint::LocalStore> store_;
   std::unique_ptr<MetricsLog> metrics_;
   RunSeconds seconds_;
   int64_t saved_iteration_ = -1;
@@ -95,17 +99,18 @@ absl::StatusOr<std::unique_ptr<Session>> Session::Open(
       options.minutes > 0 ? options.minutes : recipe.max_minutes();
   session->max_iterations_ =
       options.iterations > 0 ? options.iterations : recipe.max_iterations();
-  session->threads_ = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::thread::hardware_concurrency());
+  session->threads_ =
+      options.threads > 0
+          ? options.threads
+          : static_cast<int>(std::thread::hardware_concurrency());
 
   SINEW_ASSIGN_OR_RETURN(
       auto character,
       character::Character::Load(options.character, recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(options.motions));
   const v1::MotionLibrary manifest = library->manifest();
-  const std::string assets_sha256 = Sha256Hex(
-      absl::StrCat(character->digest(), library->digest(), PrintRecipe(recipe)));
+  const std::string assets_sha256 = Sha256Hex(absl::StrCat(
+      character->digest(), library->digest(), PrintRecipe(recipe)));
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<const actor::RolloutAssets> assets,
       actor::RolloutAssets::FromParts(recipe, std::move(character),
@@ -148,8 +153,10 @@ absl::StatusOr<std::unique_ptr<Session>> Session::Open(
 
 absl::Status Session::Resume() {
   std::vector<std::string> warnings;
-  auto state =
-      learner::LoadLatestState(JoinPath(run_, "checkpoints"), &warnings);
+  SINEW_ASSIGN_OR_RETURN(
+      store_,
+      checkpoint::LocalStore::Open(JoinPath(run_, "checkpoints"), clock_));
+  auto state = learner::LoadLatestState(*store_, &warnings);
   for (const std::string& warning : warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
@@ -173,7 +180,7 @@ absl::Status Session::Save() {
   learner::Trainer::State state = trainer_->Save();
   state.counters.set_wall_seconds(seconds_.wall);
   state.counters.set_train_seconds(seconds_.train);
-  SINEW_RETURN_IF_ERROR(learner::SaveState(JoinPath(run_, "checkpoints"), state,
+  SINEW_RETURN_IF_ERROR(learner::SaveState(*store_, state,
                                            recipe_.checkpointing().keep()));
   saved_iteration_ = trainer_->iteration();
   return absl::OkStatus();

@@ -26,6 +26,7 @@ _NEEDED = {
     "/usr/include/prometheus/registry.h": "prometheus-cpp-dev",
     "/usr/include/spdlog/spdlog.h": "libspdlog-dev",
     "/usr/include/stb/stb_image_write.h": "libstb-dev",
+    "/usr/include/tinyxml2.h": "libtinyxml2-dev",
     "/usr/include/zstd.h": "libzstd-dev",
     "/usr/lib/llvm-19/bin/clang": "clang-19",
     "/usr/lib/llvm-19/bin/ld.lld": "lld-19",

@@ -180,11 +180,13 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   SINEW_CHECK(WriteFileAtomically(JoinPath(folder, "toy.xml"), kModel).ok());
   SINEW_CHECK(WriteFileAtomically(text, kCharacter).ok());
   ToyWorld world;
+  world.folder = folder;
   world.recipe = recipe;
   auto character = character::Character::Load(text, recipe.physics());
   SINEW_CHECK(character.ok()) << character.status().ToString();
   world.character = *std::move(character);
-  world.library = MakeLibrary(*world.character, JoinPath(folder, "library"));
+  world.library_folder = JoinPath(folder, "library");
+  world.library = MakeLibrary(*world.character, world.library_folder);
   return world;
 }
 

@@ -1,42 +1,52 @@
-// The executor against onnxruntime, on every operation and on whole policies.
+// The three back ends of a policy graph on every operation and on whole
+// policies: executor, libtorch and onnxruntime against each other and against
+// the formulas in double.
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/policy/executor.h"
 #include "common/policy/onnx/onnx_writer.h"
 #include "common/policy/testing/examples.h"
 #include "common/policy/testing/reference.h"
+#include "common/policy/validate.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "learner/torch/torch_runner.h"
 #include "tools/parity/onnx_runtime.h"
 
 namespace sinew::tools {
 namespace {
 
+using ::sinew::learner::TorchRunner;
 using ::sinew::policy::testing::AllExamples;
 using ::sinew::policy::testing::Example;
 using ::sinew::policy::testing::ExampleInputs;
 using ::sinew::policy::testing::PolicyExamples;
+using ::sinew::policy::testing::ReferenceValues;
 using ::sinew::policy::testing::RelativeDifference;
+using ::sinew::policy::testing::RunReference;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+// What is asked of every two back ends, relative to a tap's largest value.
+constexpr double kTolerance = 1e-5;
 constexpr int kBatch = 5;
 
 using Inputs = std::map<std::string, std::vector<float>>;
 
 // A fresh folder of this test's own.
 std::string Folder(const std::string& name) {
-  const std::string folder =
-      JoinPath(std::getenv("TEST_TMPDIR"), absl::StrCat(name));
+  const std::string folder = JoinPath(std::getenv("TEST_TMPDIR"), name);
   EXPECT_THAT(MakeDirectories(folder), IsOk());
   return folder;
 }
@@ -87,32 +97,102 @@ std::unique_ptr<policy::Executor> RunHere(const Example& example,
   return executor;
 }
 
-TEST(OnnxParity, HoldsForEveryOperationAndWholePolicies) {
-  const std::vector<Example> examples = AllExamples();
-  std::vector<OnnxJob> jobs;
-  for (const Example& example : examples) {
-    jobs.push_back(
-        {.model = WriteModel(example),
-         .inputs = AsTensors(ExampleInputs(example, kBatch, /*seed=*/3))});
+Inputs InputsOf(const Example& example) {
+  return ExampleInputs(example, kBatch, /*seed=*/3);
+}
+
+// Runs every example through onnxruntime, once for all tests: a Python process
+// takes seconds to start.
+class BackEndsOn : public ::testing::TestWithParam<size_t> {
+ public:
+  static void SetUpTestSuite() {
+    std::vector<OnnxJob> jobs;
+    for (const Example& example : Examples()) {
+      jobs.push_back({.model = WriteModel(example),
+                      .inputs = AsTensors(InputsOf(example))});
+    }
+    onnx_ = new absl::StatusOr<std::vector<TensorMap>>(
+        RunOnnx(Options("parity"), jobs));
+  }
+  static void TearDownTestSuite() { delete onnx_; }
+
+  static const std::vector<Example>& Examples() {
+    static const auto* const examples = new std::vector<Example>(AllExamples());
+    return *examples;
   }
 
-  const auto results = RunOnnx(Options("parity"), jobs);
-
-  ASSERT_THAT(results, IsOk());
-  for (size_t i = 0; i < examples.size(); ++i) {
-    const auto executor =
-        RunHere(examples[i], ExampleInputs(examples[i], kBatch, /*seed=*/3));
-    EXPECT_FALSE((*results)[i].empty()) << examples[i].name;
-    for (const auto& [tap, values] : (*results)[i]) {
-      EXPECT_LT(RelativeDifference(executor->tap(executor->tap_index(tap)),
-                                   values.float32()),
-                1e-5)
-          << examples[i].name << " " << tap;
+ protected:
+  const Example& example() const { return Examples()[GetParam()]; }
+  const v1::Graph& graph() const {
+    return **policy::FindGraph(example().graph, example().graph_name);
+  }
+  std::vector<float> Onnx(const std::string& tap) const {
+    const auto values = (**onnx_)[GetParam()].at(tap).float32();
+    return std::vector<float>(values.begin(), values.end());
+  }
+  TorchRunner::Rows Torch() const {
+    const auto runner = TorchRunner::Create(
+        example().graph, example().graph_name, example().weights, {});
+    EXPECT_THAT(runner, IsOk());
+    const auto rows = (*runner)->Run(kBatch, InputsOf(example()));
+    EXPECT_THAT(rows, IsOk());
+    return *rows;
+  }
+  ReferenceValues Exact() const {
+    ReferenceValues inputs;
+    for (const auto& [name, values] : InputsOf(example())) {
+      inputs[name].assign(values.begin(), values.end());
     }
+    return RunReference(example().graph, example().graph_name,
+                        example().weights, inputs, kBatch);
+  }
+
+  static absl::StatusOr<std::vector<TensorMap>>* onnx_;
+};
+
+absl::StatusOr<std::vector<TensorMap>>* BackEndsOn::onnx_ = nullptr;
+
+INSTANTIATE_TEST_SUITE_P(
+    Examples, BackEndsOn,
+    ::testing::Range<size_t>(0, BackEndsOn::Examples().size()),
+    [](const auto& info) { return BackEndsOn::Examples()[info.param].name; });
+
+TEST_P(BackEndsOn, AgreeWithEachOtherAndWithTheFormulas) {
+  ASSERT_THAT(*onnx_, IsOk());
+  const auto executor = RunHere(example(), InputsOf(example()));
+  const TorchRunner::Rows torch = Torch();
+  const ReferenceValues exact = Exact();
+
+  ASSERT_GT(graph().taps_size(), 0);
+  for (const v1::Tap& tap : graph().taps()) {
+    const auto own = executor->tap(executor->tap_index(tap.name()));
+    const std::vector<float>& trained = torch.at(tap.name());
+    const std::vector<float> exported = Onnx(tap.name());
+
+    EXPECT_LT(RelativeDifference(own, trained), kTolerance) << tap.name();
+    EXPECT_LT(RelativeDifference(own, exported), kTolerance) << tap.name();
+    EXPECT_LT(RelativeDifference(trained, exported), kTolerance) << tap.name();
+    EXPECT_LT(RelativeDifference(trained, exact.at(tap.name())), kTolerance)
+        << tap.name();
+    EXPECT_LT(RelativeDifference(exported, exact.at(tap.name())), kTolerance)
+        << tap.name();
   }
 }
 
-TEST(OnnxParity, NoticesWeightsThatDiffer) {
+TEST(BackEnds, AreComparedOnEveryOperation) {
+  std::set<int> seen;
+  for (const Example& example : BackEndsOn::Examples()) {
+    for (const v1::Graph& graph : example.graph.graphs()) {
+      for (const v1::Node& node : graph.nodes()) seen.insert(node.op());
+    }
+  }
+
+  for (int op = v1::Op_MIN + 1; op <= v1::Op_MAX; ++op) {
+    EXPECT_TRUE(seen.contains(op)) << v1::Op_Name(static_cast<v1::Op>(op));
+  }
+}
+
+TEST(BackEnds, DifferWhereWeightsDiffer) {
   const Example example = PolicyExamples()[0];
   const Inputs inputs = ExampleInputs(example, kBatch, /*seed=*/3);
   Example other = example;
@@ -126,10 +206,10 @@ TEST(OnnxParity, NoticesWeightsThatDiffer) {
   const auto executor = RunHere(other, inputs);
   EXPECT_GT(RelativeDifference(executor->tap(executor->tap_index("mean")),
                                results->at(0).at("mean").float32()),
-            1e-5);
+            kTolerance);
 }
 
-TEST(OnnxParity, NamesTheModelThatTheCheckerRefuses) {
+TEST(OnnxRuntime, NamesTheModelThatTheCheckerRefuses) {
   const std::string path = JoinPath(Folder("broken"), "broken.onnx");
   ASSERT_THAT(WriteFileAtomically(path, "no model"), IsOk());
 
@@ -139,7 +219,7 @@ TEST(OnnxParity, NamesTheModelThatTheCheckerRefuses) {
                              HasSubstr(absl::StrCat("onnx_check: ", path)))));
 }
 
-TEST(OnnxParity, NoticesAMissingWeightsFile) {
+TEST(OnnxRuntime, NoticesAMissingWeightsFile) {
   const Example example = AllExamples()[0];
   const std::string whole = WriteModel(example);
   const std::string path = JoinPath(Folder("alone"), "model.onnx");
@@ -152,7 +232,7 @@ TEST(OnnxParity, NoticesAMissingWeightsFile) {
       StatusIs(absl::StatusCode::kInternal, HasSubstr("weights.safetensors")));
 }
 
-TEST(OnnxParity, SaysWhichPythonIsMissing) {
+TEST(OnnxRuntime, SaysWhichPythonIsMissing) {
   OnnxRuntimeOptions options = Options("python");
   options.python = "/nowhere/python";
 
