@@ -105,7 +105,7 @@ TEST(Recipe, NamesFileLineAndUnknownField) {
                        AllOf(HasSubstr("my.textproto:2:"),
                              HasSubstr("\"sinew.v1.Ppo\" has no field named "
                                        "\"epoch\""),
-                             HasSubstr("the nearest is \"epochs\""))));
+                             HasSubstr("The nearest is \"epochs\""))));
 }
 
 TEST(Recipe, NamesFileLineAndAValueOfTheWrongType) {

@@ -44,7 +44,7 @@ absl::string_view QuotedAfter(absl::string_view message,
   return rest.substr(0, rest.find('"'));
 }
 
-// "; the nearest is ..." if the parser did not know a field.
+// " The nearest is ..." if the parser did not know a field.
 std::string Hint(absl::string_view message,
                  const google::protobuf::Descriptor& root) {
   const google::protobuf::Descriptor* type =
@@ -56,7 +56,7 @@ std::string Hint(absl::string_view message,
   for (int i = 0; i < type->field_count(); ++i) {
     names.push_back(type->field(i)->name());
   }
-  return absl::StrCat("; the nearest is \"", NearestName(typed, names), "\"");
+  return absl::StrCat(" The nearest is \"", NearestName(typed, names), "\"");
 }
 
 // Keeps the first error; later ones follow from it.

@@ -1,6 +1,5 @@
 #include "deploy/runtime/pose.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -113,6 +112,15 @@ void PoseBuffer::Read(const motion::FrameView& frame) {
     torque_[j] = frame.feedforward_torque[j];
   }
   pose_.feedforward_torque = torque_.data();
+}
+
+void PoseBuffer::Move(const Eigen::Quaterniond& turn,
+                      const Eigen::Vector3d& offset) {
+  Eigen::Map<Eigen::Vector3d> position(root_position_);
+  Eigen::Map<Eigen::Vector3d> velocity(root_linear_velocity_);
+  position = (turn * position + offset).eval();
+  velocity = (turn * velocity).eval();
+  motion::ToWxyz(turn * motion::FromWxyz(root_rotation_), root_rotation_);
 }
 
 void SetPose(const character::Character& character, const Pose& pose,

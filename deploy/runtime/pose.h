@@ -3,6 +3,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -41,6 +42,9 @@ class PoseBuffer {
   // From a simulation's qpos and qvel; from a library's row. No allocation.
   void Read(const character::Character& character, const mjData& data);
   void Read(const motion::FrameView& frame);
+
+  // Turns about the vertical, then moves.
+  void Move(const Eigen::Quaterniond& turn, const Eigen::Vector3d& offset);
 
   // Valid while the buffer lives; shows what was read last.
   const Pose& pose() const { return pose_; }

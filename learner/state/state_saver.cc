@@ -23,7 +23,7 @@ int64_t BytesOf(const Trainer::State& state) {
 }  // namespace
 
 StateSaver::StateSaver(checkpoint::ArtifactStore& store, int keep,
-                       const Clock& clock, SaveMetrics& metrics)
+                       Clock& clock, SaveMetrics& metrics)
     : store_(store),
       keep_(keep),
       clock_(clock),

@@ -40,7 +40,7 @@ class StateSaver {
   };
 
   // Keeps the newest `keep` (>= 1) states.
-  StateSaver(checkpoint::ArtifactStore& store, int keep, const Clock& clock,
+  StateSaver(checkpoint::ArtifactStore& store, int keep, Clock& clock,
              SaveMetrics& metrics);
   ~StateSaver() = default;
   StateSaver(const StateSaver&) = delete;
@@ -70,7 +70,7 @@ class StateSaver {
 
   checkpoint::ArtifactStore& store_;
   const int keep_;
-  const Clock& clock_;
+  Clock& clock_;
   SaveMetrics& metrics_;
 
   mutable Mutex mu_;

@@ -20,7 +20,7 @@ using ::testing::Not;
 
 class StateSaverTest : public ::testing::Test {
  protected:
-  const SystemClock clock_;
+  SystemClock clock_;
   metrics::Registry registry_{{.role = "learner", .build = ""}};
   SaveMetrics metrics_{registry_};
   checkpoint::MemoryStore store_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
@@ -137,8 +138,9 @@ Json Reproduce(const RunRecord& run, const PageContext& context) {
   }
   commands.push_back(train);
   commands.push_back(absl::StrFormat(
-      "./sinew eval --bundle runs/again/bundle --motions %s --out "
+      "./sinew eval --bundle runs/again/%s --motions %s --out "
       "runs/again/eval.json --seconds %g --starts %g",
+      absl::EndsWith(run.bundle, "bundle_best") ? "bundle_best" : "bundle",
       library, NumberAt(eval, {"seconds"}, 10),
       NumberAt(eval, {"starts_per_clip"}, 32)));
   commands.push_back(absl::StrCat("./sinew report --run runs/again --motions ",

@@ -63,9 +63,8 @@ absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
     context.film_note = std::string(library.status().message());
   } else {
     context.library = (*library)->manifest();
-    const std::string bundle = JoinPath(options.run, "bundle");
     if (run.manifest.is_object()) {
-      SINEW_RETURN_IF_ERROR(AddFilm(options, stop, bundle, &context));
+      SINEW_RETURN_IF_ERROR(AddFilm(options, stop, run.bundle, &context));
     } else {
       context.film_note = "The run has no bundle.";
     }

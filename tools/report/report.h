@@ -18,6 +18,7 @@ struct ReportOptions {
 
 // Writes the report of a run: one file, atomically. Whatever the run lacks
 // (evaluation, bundle, library, OpenGL), the report says so and has the rest.
+// Shown in motion is the bundle that eval.json is about, else RUN/bundle.
 // Returns the file's path.
 //
 //   train ends -> Evaluate -> eval.json -> WriteReport

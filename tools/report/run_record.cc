@@ -31,6 +31,19 @@ Json ReadObject(const std::string& path, const char* otherwise,
   return nullptr;
 }
 
+// Folder of the bundle that the report is about.
+std::string BundleOf(const RunRecord& run) {
+  if (run.evaluation.is_object()) {
+    const Json bundle = run.evaluation.value("bundle", Json());
+    const Json path = bundle.is_object() ? bundle.value("path", Json()) : Json();
+    if (path.is_string() &&
+        FileExists(JoinPath(path.get<std::string>(), "manifest.json"))) {
+      return path.get<std::string>();
+    }
+  }
+  return JoinPath(run.directory, "bundle");
+}
+
 void ReadRows(const std::string& path, RunRecord* run) {
   const auto text = ReadFile(path);
   if (!text.ok()) {
@@ -78,8 +91,9 @@ absl::StatusOr<RunRecord> ReadRun(const std::string& directory) {
                               "The run has no eval.json: figures of the "
                               "result are those of evaluations in training.",
                               &run.notes);
+  run.bundle = BundleOf(run);
   run.manifest = ReadObject(
-      JoinPath(JoinPath(directory, "bundle"), "manifest.json"),
+      JoinPath(run.bundle, "manifest.json"),
       "The run has no bundle, so there is nothing to show in motion.",
       &run.notes);
   return run;

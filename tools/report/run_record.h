@@ -17,7 +17,9 @@ struct RunRecord {
   std::string config;      // config.textproto
   std::vector<Json> rows;  // metrics.jsonl; objects, in order
   Json evaluation;         // eval.json; null: not evaluated
-  Json manifest;           // bundle/manifest.json; null: no bundle
+  // The bundle that was evaluated, else the run's last one.
+  std::string bundle;      // its folder; there may be nothing
+  Json manifest;           // its manifest.json; null: no bundle
   // Sentences about what is absent or could not be read.
   std::vector<std::string> notes;
 };

@@ -36,11 +36,12 @@ absl::Status WriteStrip(render::OffscreenRenderer& renderer,
                         const motion::Library& library, int clip,
                         const std::string& folder) {
   const auto frames = static_cast<int>(library.clip(clip).num_frames());
+  const auto nq = static_cast<int>(character.model()->nq);
   const std::vector<double> poses = evaluation::ReferencePoses(
       character, library, clip, /*first=*/0, frames);
   SINEW_ASSIGN_OR_RETURN(
       const render::Image strip,
-      render::ReferenceStrip(renderer, {poses, character.model()->nq}, kColumns,
+      render::ReferenceStrip(renderer, {poses, nq}, kColumns,
                              library.manifest().frames_per_second()));
   SINEW_ASSIGN_OR_RETURN(const std::string png, render::EncodePng(strip));
   const std::string path =

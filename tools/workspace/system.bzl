@@ -46,6 +46,10 @@ def _system_impl(ctx):
 
     # Eigen alone hides below a folder of its own.
     ctx.symlink("/usr/include/eigen3", "eigen3")
+
+    # Installed later than the others on many machines, whose compiler
+    # configuration has not seen its header in /usr/include.
+    ctx.symlink("/usr/include/tinyxml2.h", "tinyxml2/tinyxml2.h")
     ctx.symlink(ctx.attr.build_file, "BUILD.bazel")
 
 system_libraries = repository_rule(

@@ -38,16 +38,15 @@ class OverGrpc : public StoreFixture {
                         .peer = "checkpoint test"})
       : service_(memory, options, clock_, metrics_),
         blobs_(service_.counted_blobs()) {
-    server = *rpc::Server::Start({.address = folder_.Address("s")},
+    server_ = *rpc::Server::Start({.address = folder_.Address("s")},
                                  {&service_, &blobs_});
-    channel = *rpc::MakeChannel(server->address(), {});
+    channel = *rpc::MakeChannel(server_->address(), {});
     client_ = std::make_unique<CheckpointClient>(channel, client_options);
   }
   ArtifactStore& store() override { return *client_; }
 
   metrics::Registry registry{{.role = "checkpoint", .build = ""}};
   MemoryStore memory;
-  std::unique_ptr<rpc::Server> server;
   std::shared_ptr<grpc::Channel> channel;
 
  private:
@@ -57,6 +56,8 @@ class OverGrpc : public StoreFixture {
   CheckpointService service_;
   BlobsService blobs_;
   std::unique_ptr<CheckpointClient> client_;
+  // Last: its threads use all of the above.
+  std::unique_ptr<rpc::Server> server_;
 };
 
 INSTANTIATE_TEST_SUITE_P(

@@ -24,9 +24,9 @@ const isNumber = (v) => typeof v === "number" && Number.isFinite(v);
 function short(value) {
   if (!isNumber(value)) return "–";
   const size = Math.abs(value);
-  if (size >= 1e9) return (value / 1e9).toPrecision(3) + " G";
-  if (size >= 1e6) return (value / 1e6).toPrecision(3) + " M";
-  if (size >= 1e4) return (value / 1e3).toPrecision(3) + " k";
+  if (size >= 1e9) return Number((value / 1e9).toPrecision(3)) + " G";
+  if (size >= 1e6) return Number((value / 1e6).toPrecision(3)) + " M";
+  if (size >= 1e4) return Number((value / 1e3).toPrecision(3)) + " k";
   if (size >= 100) return String(Math.round(value));
   if (size === 0) return "0";
   if (size < 1e-4) return value.toExponential(1);

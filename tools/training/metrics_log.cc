@@ -1,4 +1,4 @@
-#include "tools/sinew/metrics_log.h"
+#include "tools/training/metrics_log.h"
 
 #include <nlohmann/json.hpp>
 
@@ -26,7 +26,25 @@ Json EvaluationRow(const learner::IterationReport& report) {
           {"e_acc", overall.means.e_acc}};
 }
 
-Json Row(const learner::IterationReport& report, const RunSeconds& seconds) {
+Json SecondsRow(const learner::IterationReport& report,
+                const RunFigures& figures) {
+  const v1::StageSeconds& rollout = report.rollout_seconds;
+  return {{"iteration", figures.iteration_wall},
+          {"wait", report.wait_seconds},
+          {"learn", report.learn_seconds},
+          {"publish", report.publish_seconds},
+          {"save", figures.save_seconds},
+          {"simulate", rollout.simulate()},
+          {"infer", rollout.infer()},
+          {"observe", rollout.observe()},
+          {"encode", rollout.encode()},
+          {"evaluate", report.evaluation_core_seconds},
+          {"learner_cpu", figures.learner_cpu},
+          {"actors_cpu", figures.actors_cpu}};
+}
+
+Json Row(const learner::IterationReport& report, const RunFigures& figures) {
+  const RunSeconds& seconds = figures.seconds;
   const learner::UpdateStatistics& update = report.update;
   Json row = {
       {"iteration", report.iteration},
@@ -53,14 +71,15 @@ Json Row(const learner::IterationReport& report, const RunSeconds& seconds) {
       {"value_learning_rate", update.value_learning_rate},
       {"std_factor", update.std_factor},
       {"non_finite", update.non_finite},
-      {"seconds",
-       {{"wait", report.wait_seconds},
-        {"learn", report.learn_seconds},
-        {"simulate", report.rollout_seconds.simulate()},
-        {"infer", report.rollout_seconds.infer()},
-        {"observe", report.rollout_seconds.observe()},
-        {"encode", report.rollout_seconds.encode()},
-        {"evaluate", report.evaluation_core_seconds}}}};
+      {"policy_lag", report.policy_lag},
+      {"physics_steps", report.physics_steps},
+      {"cores", figures.cores},
+      {"ranks", figures.ranks},
+      {"actors", figures.actors},
+      {"orders_reissued", figures.orders_reissued},
+      {"save_failures", figures.save_failures},
+      {"flops", update.flops},
+      {"seconds", SecondsRow(report, figures)}};
   if (report.evaluation) row["eval"] = EvaluationRow(report);
   return row;
 }
@@ -98,8 +117,8 @@ absl::StatusOr<std::unique_ptr<MetricsLog>> MetricsLog::Open(
 }
 
 absl::Status MetricsLog::Write(const learner::IterationReport& report,
-                               const RunSeconds& seconds) {
-  stream_ << Row(report, seconds).dump() << std::endl;
+                               const RunFigures& figures) {
+  stream_ << Row(report, figures).dump() << std::endl;
   if (stream_) return absl::OkStatus();
   stream_.clear();
   return absl::ResourceExhaustedError(
