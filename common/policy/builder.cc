@@ -158,14 +158,8 @@ void AddPolicy(const TrackingPolicyOptions& options, v1::PolicyGraph& all) {
   v1::Graph& graph = *all.add_graphs();
   graph.set_name("policy");
   GraphWriter writer(all, graph);
-  const bool skip = options.network.linear_skip();
-  AddNetwork(options, options.network.policy_hidden(), "policy",
-             skip ? "curved" : "mean", options.action_width, writer);
-  if (skip) {
-    writer.Linear("straight", "clipped", "policy/straight",
-                  options.observation_width, options.action_width);
-    writer.Node("mean", v1::OP_ADD, {"curved", "straight"});
-  }
+  AddNetwork(options, options.network.policy_hidden(), "policy", "mean",
+             options.action_width, writer);
   writer.Input("noise", options.action_width, v1::GraphInput::KIND_NORMAL);
   writer.Parameter("policy/std", {options.action_width}, /*frozen=*/true);
   writer.Node("exploration", v1::OP_AFFINE, {"noise"}, {"policy/std"});
@@ -197,7 +191,7 @@ HostTensor Constant(const std::vector<int64_t>& shape, double value) {
 
 // Gain of a layer's orthogonal weight.
 double Gain(const std::string& weight, const v1::Network& network) {
-  if (weight == "policy/mean/weight" || weight == "policy/curved/weight") return network.last_layer_gain();
+  if (weight == "policy/mean/weight") return network.last_layer_gain();
   if (weight == "critic/value/weight") return 1.0;
   return std::numbers::sqrt2;
 }
@@ -228,10 +222,8 @@ absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
       const RandomKey key = {.seed = seed,
                              .environment = static_cast<uint64_t>(i),
                              .purpose = RandomPurpose::kInitialisation};
-      weights[name] = name == "policy/straight/weight"
-                          ? Constant(shape, 0)
-                          : OrthogonalWeight(shape[0], shape[1],
-                                             Gain(name, options.network), key);
+      weights[name] = OrthogonalWeight(shape[0], shape[1],
+                                       Gain(name, options.network), key);
     } else if (name == "policy/std") {
       weights[name] = Constant(shape, options.network.initial_std());
     } else {
