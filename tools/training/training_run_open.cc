@@ -114,7 +114,8 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
       learner::PpoLearner::Create(options_.recipe,
                                   {.observation_width = setup.observation_width,
                                    .action_width = setup.action_width,
-                                   .ranks = options_.ranks}));
+                                   .ranks = options_.ranks,
+                                   .mirror = setup.mirror}));
   SINEW_ASSIGN_OR_RETURN(const bool has_state, store_->HasState());
   if (!options_.init.empty() && !has_state) {
     SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
