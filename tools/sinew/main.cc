@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "grpc/grpc.h"
 #include "tools/sinew/actor_command.h"
 #include "tools/sinew/bench_command.h"
 #include "tools/sinew/checkpoint_command.h"
@@ -52,6 +53,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  // Held until the process ends: when the last channel goes, gRPC would wait up
+  // to 10 s for its own poller.
+  grpc_init();
   const auto signals = sinew::SignalStop::Install();
   if (!signals.ok()) return ExitCode(signals.status());
   return ExitCode(action((*signals)->token()));
