@@ -48,8 +48,8 @@ Vector3d Log(const Quaterniond& rotation) {
 
 Quaterniond Exp(const Vector3d& rotation_vector) {
   const double half = rotation_vector.norm() / 2;
-  const double factor =
-      half < kSmallAngle ? 0.5 * (1 - half * half / 6) : std::sin(half) / (2 * half);
+  const double factor = half < kSmallAngle ? 0.5 * (1 - half * half / 6)
+                                           : std::sin(half) / (2 * half);
   Quaterniond q;
   q.w() = std::cos(half);
   q.vec() = factor * rotation_vector;
