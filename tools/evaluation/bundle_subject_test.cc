@@ -73,7 +73,7 @@ TEST_F(BundleSubjects, RefuseClipsOfAnotherCharacter) {
 }
 
 TEST_F(BundleSubjects, RefuseClipsOfAnotherRate) {
-  TamperWithLibrary("30", "60");
+  TamperWithLibrary("\"frames_per_second\": 30", "\"frames_per_second\": 60");
 
   EXPECT_THAT(LoadBundleSubject(bundle_, motions_),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("60")));

@@ -10,10 +10,10 @@
 namespace sinew::report {
 
 struct ReportOptions {
-  std::string run;      // run directory
-  std::string motions;  // library folder; empty: as eval.json says
-  std::string clip;     // to show in motion; empty: the first
-  std::string out;      // file; empty: report.html in the run directory
+  std::string run = {};      // run directory
+  std::string motions = {};  // library folder; empty: as eval.json says
+  std::string clip = {};     // to show in motion; empty: the first
+  std::string out = {};      // file; empty: report.html in the run directory
 };
 
 // Writes the report of a run: one file, atomically. Whatever the run lacks

@@ -89,8 +89,11 @@ function player(film) {
 
 function hero() {
   const film = data.film;
-  const words = h("div", {}, h("div", {class: "kicker"}, "Sinew · training report"),
-      h("h1", {}, data.title), h("p", {class: "lead"}, summary(data.headline)));
+  const [name, recipe] = data.title.split(" · ");
+  const mark = s("svg", {viewBox: "0 0 24 12", class: "mark", "aria-hidden": "true"},
+      s("path", {d: "M1 6c4-7 7-7 11 0s7 7 11 0"}), s("path", {d: "M1 6c4 7 7 7 11 0s7-7 11 0"}));
+  const words = h("div", {}, h("div", {class: "kicker"}, mark, "Sinew training report", recipe ? ` · ${recipe}` : ""),
+      h("h1", {}, name), h("p", {class: "lead"}, summary(data.headline)));
   return h("header", {},
       h("div", {class: "hero" + (film ? " film" : "")}, words, film ? player(film) : null),
       stats(data.headline), data.notes.map((note) => h("p", {class: "notice"}, note)));
