@@ -88,8 +88,8 @@ absl::StatusOr<bool> UseTls(const Address& address, const Security& security) {
   if (!IsLocal(address) && !security.allow_insecure) {
     return absl::FailedPreconditionError(absl::StrCat(
         AddressString(address),
-        ": plain text is for unix sockets and loopback; expected certificate, "
-        "key and authority files, or --insecure"));
+        ": plain text is for unix sockets and loopback; expected TLS "
+        "certificate, key and authority files, or --allow-insecure"));
   }
   return false;
 }

@@ -105,7 +105,7 @@ TEST(Server, RefusesCallsAfterShutdown) {
 TEST(Server, RefusesPlainTextBeyondTheMachine) {
   EXPECT_THAT(Start("0.0.0.0:0"),
               StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("--insecure")));
+                       HasSubstr("--allow-insecure")));
   Security insecure;
   insecure.allow_insecure = true;
   EXPECT_THAT(Start("0.0.0.0:0", insecure), IsOk());

@@ -27,6 +27,7 @@ struct ToyWorld {
   v1::Recipe recipe;  // defaults filled
   std::unique_ptr<const character::Character> character;
   std::unique_ptr<const motion::Library> library;
+  std::string library_folder;
 };
 
 // A recipe with all defaults.
