@@ -13,6 +13,7 @@
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/eval_command.h"
+#include "tools/sinew/export_command.h"
 #include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
@@ -20,6 +21,7 @@
 #include "tools/sinew/replay_command.h"
 #include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
+#include "tools/sinew/verify_command.h"
 
 namespace {
 
@@ -41,6 +43,7 @@ int main(int argc, char** argv) {
   AddBenchCommand(app, action);
   AddCheckpointCommand(app, action);
   AddEvalCommand(app, action);
+  AddExportCommand(app, action);
   AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
@@ -48,6 +51,7 @@ int main(int argc, char** argv) {
   AddReplayCommand(app, action);
   AddReportCommand(app, action);
   AddTrainCommand(app, action);
+  AddVerifyCommand(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
