@@ -1,5 +1,6 @@
 // What every implementation of Replay must do: run on the table in process and
 // on a client of the same table behind gRPC.
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <stop_token>
@@ -57,8 +58,8 @@ class InProcess {
 class OverGrpc {
  public:
   OverGrpc() {
-    auto server = rpc::Server::Start({.address = folder_.Address("r")},
-                                     {&service_});
+    auto server =
+        rpc::Server::Start({.address = folder_.Address("r")}, {&service_});
     EXPECT_THAT(server, IsOk());
     server_ = *std::move(server);
     replay_ = std::make_unique<ReplayClient>(
@@ -112,10 +113,18 @@ TYPED_TEST(ReplayConformance, AnswersEachKindOfSegment) {
   ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
   v1::Segment stale = MakeSegment(1);
   stale.set_snapshot_version(4);
+  v1::Segment short_of_one = MakeSegment(1);
+  short_of_one.mutable_columns()->RemoveLast();
+  v1::Segment diverged = MakeSegment(1);
+  diverged.mutable_end_states(0)->set_physics(0, std::nan(""));
 
   EXPECT_EQ(this->Put(9, MakeSegmentBytes(9)), Response::VERDICT_UNEXPECTED);
   EXPECT_EQ(this->Put(1, "junk"), Response::VERDICT_MALFORMED);
   EXPECT_EQ(this->Put(1, stale.SerializeAsString()), Response::VERDICT_STALE);
+  EXPECT_EQ(this->Put(1, short_of_one.SerializeAsString()),
+            Response::VERDICT_LAYOUT);
+  EXPECT_EQ(this->Put(1, diverged.SerializeAsString()),
+            Response::VERDICT_NON_FINITE);
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_DUPLICATE);
 }
@@ -134,9 +143,8 @@ TYPED_TEST(ReplayConformance, TakesNothingWhenTimeIsUp) {
   ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true)), IsOk());
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
 
-  EXPECT_THAT(
-      this->replay().Take(kRun, {1, 2}, absl::Milliseconds(20), {}),
-      StatusIs(absl::StatusCode::kDeadlineExceeded));
+  EXPECT_THAT(this->replay().Take(kRun, {1, 2}, absl::Milliseconds(20), {}),
+              StatusIs(absl::StatusCode::kDeadlineExceeded));
   EXPECT_THAT(this->replay().Take(kRun, {1}, kLong, {}), IsOk());
 }
 
@@ -152,9 +160,9 @@ TYPED_TEST(ReplayConformance, StopsWaitingWhenAsked) {
 TYPED_TEST(ReplayConformance, SaysWhatIsWrongWithARequest) {
   ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
 
-  EXPECT_THAT(this->replay().Take(kRun, {5}, kLong, {}),
-              StatusIs(absl::StatusCode::kNotFound,
-                       HasSubstr("order 5 is not open")));
+  EXPECT_THAT(
+      this->replay().Take(kRun, {5}, kLong, {}),
+      StatusIs(absl::StatusCode::kNotFound, HasSubstr("order 5 is not open")));
   EXPECT_THAT(this->replay().Take(kRun, {1, 1}, kLong, {}),
               StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_THAT(this->replay().Take("other", {1}, kLong, {}),
@@ -164,9 +172,9 @@ TYPED_TEST(ReplayConformance, SaysWhatIsWrongWithARequest) {
                        HasSubstr("replay_bytes")));
   v1::OpenRequest wrong = MakeOpen({2});
   wrong.mutable_layout()->mutable_columns(0)->set_name("else");
-  EXPECT_THAT(this->replay().Open(wrong),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("layout_sha256")));
+  EXPECT_THAT(
+      this->replay().Open(wrong),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("layout_sha256")));
 }
 
 TYPED_TEST(ReplayConformance, MakesAWriterWaitForRoom) {

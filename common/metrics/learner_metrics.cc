@@ -23,12 +23,18 @@ Gauge& GradientNorm(Registry& registry, const std::string& network) {
 LearnerMetrics::LearnerMetrics(Registry& registry)
     : stage_seconds(registry,
                     {"learn", "publish", "evaluate", "wait", "checkpoint"}),
-      iterations(registry.AddCounter("sinew_iterations_total",
-                                     "Iterations learned.")),
+      iterations(
+          registry.AddCounter("sinew_iterations_total", "Iterations learned.")),
       samples(registry.AddCounter("sinew_samples_total",
                                   "Valid rows learned from.")),
+      physics_steps(registry.AddCounter(
+          "sinew_physics_steps_total",
+          "Physics steps behind the segments learned from.")),
       policy_version(registry.AddGauge("sinew_policy_version",
                                        "Version of the latest snapshot.")),
+      applied_policy_version(
+          registry.AddGauge("sinew_applied_policy_version",
+                            "Newest version that an actor has acted with.")),
       policy_lag(registry.AddHistogram(
           "sinew_policy_lag_versions",
           "Versions between a segment's snapshot and the update that uses it.",
@@ -39,6 +45,14 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
           SecondsBuckets())),
       actors_connected(registry.AddGauge("sinew_actors_connected",
                                          "Actors with a live stream.")),
+      actors_refused(registry.AddCounter(
+          "sinew_actors_refused_total",
+          "Registrations refused: other build, CPU class or protocol.")),
+      actors_lost(registry.AddCounter(
+          "sinew_actors_lost_total",
+          "Streams that ended while their actor held orders.")),
+      orders_waiting(registry.AddGauge("sinew_orders_waiting",
+                                       "Orders that no actor holds.")),
       orders_outstanding(registry.AddGauge("sinew_orders_outstanding",
                                            "Orders given out and not done.")),
       orders_reissued(registry.AddCounter(
@@ -52,9 +66,10 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
       episode_ends_diverged(EpisodeEnds(registry, "diverged")),
       kl_divergence(registry.AddGauge(
           "sinew_kl_divergence", "Mean KL divergence after the last pass.")),
-      clipped_ratio(registry.AddGauge(
-          "sinew_clipped_ratio", "Share of rows whose probability ratio was "
-                                 "clipped in the latest update.")),
+      clipped_ratio(
+          registry.AddGauge("sinew_clipped_ratio",
+                            "Share of rows whose probability ratio was "
+                            "clipped in the latest update.")),
       policy_gradient_norm(GradientNorm(registry, "policy")),
       value_gradient_norm(GradientNorm(registry, "value")),
       non_finite_minibatches(registry.AddCounter(
@@ -62,8 +77,19 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
           "Minibatches skipped because their loss was not finite.")),
       mean_reward(registry.AddGauge("sinew_mean_reward",
                                     "Mean reward of the latest iteration.")),
-      evaluation_success_ratio(registry.AddGauge(
-          "sinew_evaluation_success_ratio",
-          "Share of evaluation starts that survived.")) {}
+      evaluation_success_ratio(
+          registry.AddGauge("sinew_evaluation_success_ratio",
+                            "Share of evaluation starts that survived.")),
+      checkpoint_seconds(registry.AddHistogram(
+          "sinew_checkpoint_save_seconds",
+          "Seconds to save the training state.", SecondsBuckets())),
+      checkpoint_bytes(
+          registry.AddGauge("sinew_checkpoint_size_bytes",
+                            "Bytes written by the latest good save.")),
+      checkpoint_failures(registry.AddCounter("sinew_checkpoint_failures_total",
+                                              "Saves that failed.")),
+      checkpoint_last_success(registry.AddGauge(
+          "sinew_checkpoint_last_success_timestamp_seconds",
+          "When the latest good save ended, seconds since 1970.")) {}
 
 }  // namespace sinew::metrics

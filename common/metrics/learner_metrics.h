@@ -15,12 +15,18 @@ struct LearnerMetrics {
   StageSeconds stage_seconds;
   Counter& iterations;
   Counter& samples;
+  Counter& physics_steps;
   Gauge& policy_version;
+  // Newest version that an actor has acted with.
+  Gauge& applied_policy_version;
   // Versions between a segment's snapshot and the one it is learned into.
   Histogram& policy_lag;
   // From publishing a version to an actor's first rollout with it.
   Histogram& publish_to_apply_seconds;
   Gauge& actors_connected;
+  Counter& actors_refused;
+  Counter& actors_lost;
+  Gauge& orders_waiting;
   Gauge& orders_outstanding;
   Counter& orders_reissued;
   Counter& orders_returned;
@@ -36,6 +42,11 @@ struct LearnerMetrics {
   Gauge& mean_reward;
   // Share of evaluation starts that survived, latest evaluation.
   Gauge& evaluation_success_ratio;
+  // Saving the training state: every attempt, and the latest that succeeded.
+  Histogram& checkpoint_seconds;
+  Gauge& checkpoint_bytes;
+  Counter& checkpoint_failures;
+  Gauge& checkpoint_last_success;
 };
 
 }  // namespace sinew::metrics

@@ -50,16 +50,17 @@ void OrderPool::Finish(int64_t actor, int64_t order_id) {
   waiting_.erase(order_id);
 }
 
-void OrderPool::Release(int64_t actor, Entry& entry) {
-  if (entry.leases.erase(actor) == 0) return;
+bool OrderPool::Release(int64_t actor, Entry& entry) {
+  if (entry.leases.erase(actor) == 0) return false;
   if (entry.leases.empty() && !entry.finished) {
     waiting_.insert(entry.order.order_id());
   }
+  return true;
 }
 
-void OrderPool::Return(int64_t actor, int64_t order_id) {
+bool OrderPool::Return(int64_t actor, int64_t order_id) {
   auto it = entries_.find(order_id);
-  if (it != entries_.end()) Release(actor, it->second);
+  return it != entries_.end() && Release(actor, it->second);
 }
 
 void OrderPool::Forget(int64_t actor) {
@@ -84,10 +85,9 @@ int64_t OrderPool::leased() const {
 }
 
 int64_t OrderPool::held_by(int64_t actor) const {
-  return std::count_if(entries_.begin(), entries_.end(),
-                       [actor](const auto& item) {
-                         return item.second.leases.contains(actor);
-                       });
+  return std::count_if(
+      entries_.begin(), entries_.end(),
+      [actor](const auto& item) { return item.second.leases.contains(actor); });
 }
 
 }  // namespace sinew::learner

@@ -39,8 +39,8 @@ class OrderPool {
   // The actor's segment was answered by replay: its lease ends. The order
   // stays (finished) until retired, and is not handed out again.
   void Finish(int64_t actor, int64_t order_id);
-  // The actor gives an order back unrun.
-  void Return(int64_t actor, int64_t order_id);
+  // The actor gives an order back unrun; false: it does not hold it.
+  bool Return(int64_t actor, int64_t order_id);
   // The actor is gone; all its leases end.
   void Forget(int64_t actor);
   // The learner has the segments: the orders leave the pool.
@@ -58,7 +58,7 @@ class OrderPool {
     std::map<int64_t, absl::Time> leases;  // actor -> since
     bool finished = false;
   };
-  void Release(int64_t actor, Entry& entry);
+  bool Release(int64_t actor, Entry& entry);
 
   absl::Duration reissue_after_;
   std::map<int64_t, Entry> entries_;

@@ -20,8 +20,8 @@ void Annealer::Observe(double success_share, double survived_share,
     state_.set_stalled(state_.stalled() + 1);
   }
   if (state_.started()) return;
-  const bool succeeded = recipe_.success_share() > 0 &&
-                         success_share >= recipe_.success_share();
+  const bool succeeded =
+      recipe_.success_share() > 0 && success_share >= recipe_.success_share();
   const bool stalled = recipe_.stall_evaluations() > 0 &&
                        state_.stalled() >= recipe_.stall_evaluations();
   if (succeeded || stalled) {

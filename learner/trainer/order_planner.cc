@@ -64,9 +64,8 @@ std::vector<v1::Order> OrderPlanner::PlanEvaluation(
 absl::Status OrderPlanner::Absorb(absl::Span<const v1::Order> orders,
                                   absl::Span<const v1::Segment> segments) {
   if (orders.size() != segments.size()) {
-    return absl::InternalError(absl::StrCat("expected ", orders.size(),
-                                            " segments, found ",
-                                            segments.size()));
+    return absl::InternalError(absl::StrCat(
+        "expected ", orders.size(), " segments, found ", segments.size()));
   }
   for (size_t i = 0; i < orders.size(); ++i) {
     if (segments[i].order_id() != orders[i].order_id() ||
@@ -74,8 +73,7 @@ absl::Status OrderPlanner::Absorb(absl::Span<const v1::Order> orders,
       return absl::InternalError(absl::StrCat(
           "order ", orders[i].order_id(), ": expected ",
           orders[i].states_size(), " end states, found ",
-          segments[i].end_states_size(), " of order ",
-          segments[i].order_id()));
+          segments[i].end_states_size(), " of order ", segments[i].order_id()));
     }
   }
   for (size_t i = 0; i < orders.size(); ++i) {

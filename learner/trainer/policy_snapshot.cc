@@ -42,8 +42,8 @@ PublishedSnapshot MakePolicySnapshot(int64_t version,
   PublishedSnapshot result;
   result.snapshot.set_version(version);
   *result.snapshot.mutable_graph() = SelectGraphs(graph, {"policy"});
-  result.snapshot.set_weights(SerializeSafetensors(
-      SelectWeights(result.snapshot.graph(), weights)));
+  result.snapshot.set_weights(
+      SerializeSafetensors(SelectWeights(result.snapshot.graph(), weights)));
   *result.snapshot.mutable_curriculum() = curriculum;
   result.bytes = SerializeDeterministically(result.snapshot);
   result.sha256 = Sha256Hex(result.bytes);

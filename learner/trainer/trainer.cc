@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
-#include "common/digest.h"
 #include "common/evaluation/evaluation_starts.h"
 #include "common/status_macros.h"
 #include "learner/trainer/policy_snapshot.h"
@@ -14,19 +14,12 @@
 namespace sinew::learner {
 namespace {
 
-constexpr int kFormatVersion = 1;
 // Snapshot k for the next iteration and k - 1 for open orders.
 constexpr size_t kMaxSnapshots = 2;
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
       .count();
-}
-
-std::vector<int64_t> Ids(const std::vector<v1::Order>& orders) {
-  std::vector<int64_t> ids;
-  for (const v1::Order& order : orders) ids.push_back(order.order_id());
-  return ids;
 }
 
 double CoreSeconds(const v1::StageSeconds& seconds) {
@@ -39,8 +32,10 @@ void Summarise(const std::vector<v1::Segment>& segments,
                IterationReport& report) {
   v1::StageSeconds& total = report.rollout_seconds;
   double steps = 0;
+  report.segments = static_cast<int64_t>(segments.size());
   for (const v1::Segment& segment : segments) {
     report.diverged += segment.diverged();
+    report.policy_lag = segment.iteration() - segment.snapshot_version();
     report.physics_steps += segment.physics_steps();
     const v1::StageSeconds& seconds = segment.seconds();
     total.set_simulate(total.simulate() + seconds.simulate());
@@ -52,6 +47,10 @@ void Summarise(const std::vector<v1::Segment>& segments,
       steps += episode.steps();
       report.failed_episodes +=
           episode.reason() == v1::EpisodeEnd::REASON_TERMINATED;
+      report.time_limit_episodes +=
+          episode.reason() == v1::EpisodeEnd::REASON_TIME_LIMIT;
+      report.clip_end_episodes +=
+          episode.reason() == v1::EpisodeEnd::REASON_CLIP_END;
     }
   }
   if (report.episodes > 0) {
@@ -60,11 +59,6 @@ void Summarise(const std::vector<v1::Segment>& segments,
 }
 
 }  // namespace
-
-std::string MakeRunId(const v1::Recipe& recipe,
-                      const std::string& assets_sha256) {
-  return Sha256Hex(absl::StrCat(PrintRecipe(recipe), "\n", assets_sha256));
-}
 
 Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
                  Experience& experience, OrderPlanner planner)
@@ -78,6 +72,7 @@ absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
     Options options, std::unique_ptr<PpoLearner> learner,
     Experience& experience) {
   const v1::Recipe& recipe = options.recipe;
+  SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<Curriculum> curriculum,
       Curriculum::Create(recipe.task().start(), options.library));
@@ -116,70 +111,105 @@ absl::Status Trainer::BeginTraining(int64_t iteration) {
   return experience_.Begin(open_orders_);
 }
 
-absl::StatusOr<IterationReport> Trainer::RunIteration() {
-  IterationReport report;
-  if (open_orders_.empty()) SINEW_RETURN_IF_ERROR(BeginTraining(iteration_));
+absl::Status Trainer::BeginNext() {
+  return open_orders_.empty() ? BeginTraining(iteration_) : absl::OkStatus();
+}
 
-  const auto wait_start = std::chrono::steady_clock::now();
-  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::Segment> segments,
-                         experience_.Take(Ids(open_orders_)));
-  report.wait_seconds = SecondsSince(wait_start);
+bool Trainer::IsDue(const v1::PendingEvaluation& pending) const {
+  return pending.begun_iteration() + options_.recipe.evaluation().delay() <=
+         iteration_ + 1;
+}
+
+absl::StatusOr<Trainer::Collected> Trainer::Collect() {
+  std::vector<int64_t> ids;
+  for (const v1::Order& order : open_orders_) ids.push_back(order.order_id());
+  for (const v1::PendingEvaluation& pending : pending_) {
+    if (!IsDue(pending)) break;
+    for (const v1::Order& order : pending.orders()) {
+      ids.push_back(order.order_id());
+    }
+  }
+  Collected result;
+  SINEW_ASSIGN_OR_RETURN(result.training, experience_.Take(ids));
+  const auto evaluations = result.training.begin() + open_orders_.size();
+  result.evaluation.assign(std::make_move_iterator(evaluations),
+                           std::make_move_iterator(result.training.end()));
+  result.training.erase(evaluations, result.training.end());
+  return result;
+}
+
+absl::Status Trainer::Absorb(const std::vector<v1::Segment>& segments) {
   SINEW_RETURN_IF_ERROR(planner_.Absorb(open_orders_, segments));
   open_orders_.clear();
-  Summarise(segments, report);
   for (const v1::Segment& segment : segments) {
     curriculum_->Record(std::vector<v1::EpisodeEnd>(segment.episodes().begin(),
                                                     segment.episodes().end()),
                         iteration_);
   }
   curriculum_->Reweigh();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<IterationReport> Trainer::RunIteration() {
+  IterationReport report;
+  const auto start = std::chrono::steady_clock::now();
+  SINEW_RETURN_IF_ERROR(BeginNext());
+  SINEW_ASSIGN_OR_RETURN(const Collected collected, Collect());
+  report.wait_seconds = SecondsSince(start);
+  // From here on nothing waits for others; a failure is fatal.
+  at_rest_ = false;
+  SINEW_RETURN_IF_ERROR(Absorb(collected.training));
+  Summarise(collected.training, report);
   if (options_.recipe.rollouts().max_policy_lag() > 0) {
     SINEW_RETURN_IF_ERROR(BeginTraining(iteration_ + 1));
   }
 
   const auto learn_start = std::chrono::steady_clock::now();
   std::vector<const v1::Segment*> pointers;
-  for (const v1::Segment& segment : segments) pointers.push_back(&segment);
-  SINEW_ASSIGN_OR_RETURN(report.update,
-                         learner_->Update(pointers, iteration_));
+  for (const v1::Segment& segment : collected.training) {
+    pointers.push_back(&segment);
+  }
+  SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
+  report.learn_seconds = SecondsSince(learn_start);
+  const auto publish_start = std::chrono::steady_clock::now();
+  FinishEvaluations(collected.evaluation, report);
   ++iteration_;
   samples_ += report.update.samples;
-  SINEW_RETURN_IF_ERROR(FinishEvaluations(report));
+  if (report.evaluation) ObserveEvaluation(*report.evaluation);
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
   SINEW_RETURN_IF_ERROR(PublishSnapshot());
   SINEW_RETURN_IF_ERROR(BeginEvaluationIfDue());
-  report.learn_seconds = SecondsSince(learn_start);
+  report.publish_seconds = SecondsSince(publish_start);
+  at_rest_ = true;
   report.iteration = iteration_;
   report.samples = samples_;
   report.policy_version = snapshots_.back().snapshot.version();
   return report;
 }
 
-absl::Status Trainer::FinishEvaluations(IterationReport& report) {
-  const int64_t delay = options_.recipe.evaluation().delay();
-  while (!pending_.empty() &&
-         pending_.front().begun_iteration() + delay <= iteration_) {
-    const v1::PendingEvaluation& pending = pending_.front();
-    SINEW_ASSIGN_OR_RETURN(
-        const std::vector<v1::Segment> segments,
-        experience_.Take(
-            Ids({pending.orders().begin(), pending.orders().end()})));
+void Trainer::FinishEvaluations(const std::vector<v1::Segment>& segments,
+                                IterationReport& report) {
+  size_t first = 0;
+  while (!pending_.empty() && IsDue(pending_.front())) {
+    const size_t end = first + pending_.front().orders_size();
     std::vector<v1::EvaluationResult> results;
-    for (const v1::Segment& segment : segments) {
-      results.insert(results.end(), segment.results().begin(),
-                     segment.results().end());
-      report.evaluation_core_seconds += CoreSeconds(segment.seconds());
+    for (; first < end; ++first) {
+      results.insert(results.end(), segments[first].results().begin(),
+                     segments[first].results().end());
+      report.evaluation_core_seconds += CoreSeconds(segments[first].seconds());
     }
     report.evaluation = SummariseEvaluation(results);
-    report.evaluated_iteration = pending.begun_iteration();
-    const SetSummary& overall = report.evaluation->overall;
-    annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
-                          std::max(1, overall.starts),
-                      overall.survived_share, samples_);
+    report.evaluated_iteration = pending_.front().begun_iteration();
     pending_.pop_front();
   }
-  return absl::OkStatus();
+}
+
+void Trainer::ObserveEvaluation(const EvaluationSummary& evaluation) {
+  const SetSummary& overall = evaluation.overall;
+  annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
+                        std::max(1, overall.starts),
+                    overall.survived_share, samples_);
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {
@@ -191,98 +221,6 @@ absl::Status Trainer::BeginEvaluationIfDue() {
   pending.set_begun_iteration(iteration_);
   pending.mutable_orders()->Assign(orders.begin(), orders.end());
   return experience_.Begin(orders);
-}
-
-Trainer::State Trainer::Save() const {
-  State state;
-  v1::TrainingState& counters = state.counters;
-  counters.set_format_version(kFormatVersion);
-  counters.set_run_id(options_.run_id);
-  counters.set_iteration(iteration_);
-  counters.set_samples(samples_);
-  counters.set_next_order_id(planner_.next_order_id());
-  counters.mutable_environments()->Assign(planner_.environments().begin(),
-                                          planner_.environments().end());
-  counters.mutable_open_orders()->Assign(open_orders_.begin(),
-                                         open_orders_.end());
-  for (const PublishedSnapshot& snapshot : snapshots_) {
-    auto& reference = *counters.add_snapshots();
-    reference.set_version(snapshot.snapshot.version());
-    reference.set_sha256(snapshot.sha256);
-    state.snapshots.push_back(snapshot.bytes);
-  }
-  *counters.mutable_curriculum() = curriculum_->table();
-  *counters.mutable_anneal() = annealer_.state();
-  for (const v1::PendingEvaluation& pending : pending_) {
-    *counters.add_pending_evaluations() = pending;
-  }
-  counters.set_recipe_sha256(Sha256Hex(PrintRecipe(options_.recipe)));
-  counters.set_assets_sha256(options_.assets_sha256);
-  learner_->SaveCounters(counters);
-  state.tensors = learner_->SaveTensors();
-  return state;
-}
-
-absl::Status Trainer::Restore(const State& state) {
-  const v1::TrainingState& counters = state.counters;
-  const auto differs = [](absl::string_view what, absl::string_view expected,
-                          absl::string_view found) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("training state: ", what, ": expected ", expected,
-                     ", found ", found));
-  };
-  if (counters.format_version() != kFormatVersion) {
-    return differs("format_version", absl::StrCat(kFormatVersion),
-                   absl::StrCat(counters.format_version()));
-  }
-  if (counters.run_id() != options_.run_id) {
-    return differs("run_id (recipe or assets have changed)", options_.run_id,
-                   counters.run_id());
-  }
-  if (counters.snapshots_size() != static_cast<int>(state.snapshots.size()) ||
-      state.snapshots.empty()) {
-    return differs("snapshots", absl::StrCat(counters.snapshots_size()),
-                   absl::StrCat(state.snapshots.size()));
-  }
-  std::deque<PublishedSnapshot> snapshots;
-  for (int i = 0; i < counters.snapshots_size(); ++i) {
-    PublishedSnapshot& snapshot = snapshots.emplace_back();
-    snapshot.bytes = state.snapshots[i];
-    snapshot.sha256 = Sha256Hex(snapshot.bytes);
-    if (snapshot.sha256 != counters.snapshots(i).sha256() ||
-        !snapshot.snapshot.ParseFromString(snapshot.bytes)) {
-      return differs(absl::StrCat("snapshot ", counters.snapshots(i).version()),
-                     counters.snapshots(i).sha256(), snapshot.sha256);
-    }
-  }
-  SINEW_RETURN_IF_ERROR(curriculum_->Restore(counters.curriculum()));
-  SINEW_RETURN_IF_ERROR(planner_.Restore(
-      std::vector<v1::EnvironmentState>(counters.environments().begin(),
-                                        counters.environments().end()),
-      counters.next_order_id()));
-  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
-  annealer_.Restore(counters.anneal());
-  iteration_ = counters.iteration();
-  samples_ = counters.samples();
-  learner_->SetFactors(annealer_.StdFactor(samples_),
-                       annealer_.LearningRateFactor(samples_));
-  snapshots_ = std::move(snapshots);
-  open_orders_.assign(counters.open_orders().begin(),
-                      counters.open_orders().end());
-  pending_.assign(counters.pending_evaluations().begin(),
-                  counters.pending_evaluations().end());
-  for (const PublishedSnapshot& snapshot : snapshots_) {
-    SINEW_RETURN_IF_ERROR(experience_.Publish(snapshot));
-  }
-  // What was out is run again: a rollout is a pure function.
-  if (!open_orders_.empty()) {
-    SINEW_RETURN_IF_ERROR(experience_.Begin(open_orders_));
-  }
-  for (const v1::PendingEvaluation& pending : pending_) {
-    SINEW_RETURN_IF_ERROR(experience_.Begin(
-        {pending.orders().begin(), pending.orders().end()}));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace sinew::learner

@@ -24,21 +24,25 @@ namespace sinew::learner {
 
 // What one iteration did, for metrics.jsonl, progress and reports.
 struct IterationReport {
-  int64_t iteration = 0;        // completed iterations
-  int64_t samples = 0;          // in all
-  int64_t policy_version = 0;   // newest snapshot
+  int64_t iteration = 0;       // completed iterations
+  int64_t samples = 0;         // in all
+  int64_t policy_version = 0;  // newest snapshot
   UpdateStatistics update;
   int64_t episodes = 0;         // ended in this iteration
-  int64_t failed_episodes = 0;
+  int64_t failed_episodes = 0;  // terminated; others were truncated:
+  int64_t time_limit_episodes = 0, clip_end_episodes = 0;
   int64_t diverged = 0;
+  int64_t segments = 0;    // learned from, all of one lag:
+  int64_t policy_lag = 0;  // versions that the orders were behind
   double mean_episode_steps = 0;
   int64_t physics_steps = 0;
   // Seconds of actor threads by stage, training orders only.
   v1::StageSeconds rollout_seconds;
   // Seconds of actor threads spent on evaluations that took effect now.
   double evaluation_core_seconds = 0;
-  // Wall seconds of this iteration: waiting for segments, learning.
-  double wait_seconds = 0, learn_seconds = 0;
+  // Wall seconds of this iteration: waiting for segments, learning (the
+  // update alone), making and publishing the next snapshot.
+  double wait_seconds = 0, learn_seconds = 0, publish_seconds = 0;
   // An evaluation that took effect after this iteration.
   std::optional<EvaluationSummary> evaluation;
   int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
@@ -49,33 +53,44 @@ struct IterationReport {
 //
 //   iteration k, max_policy_lag L:
 //     1. orders of k act with snapshot max(0, k - L)
-//     2. take their segments; absorb end states and episodes
+//     2. take their segments, and those of the evaluations begun at
+//        k + 1 - delay; absorb end states and episodes
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
 //     4. update -> weights -> snapshot k + 1
-//     5. evaluations begun at k + 1 - delay take effect
+//     5. the evaluations that were taken take effect
 //     6. if due, an evaluation of snapshot k + 1 begins
 //
 // Deterministic: state and recipe give the same bits whatever runs the orders.
 //
 // Thread-safety: one caller. Ownership: owns learner and curriculum; borrows
 // the experience. Blocking: RunIteration, for experience and learning. Errors:
-// from the experience (state unchanged up to the failed Take; call again) and
-// from the learner (fatal).
+// those of Experience::Take leave the state as it was (at_rest: save it, or
+// call again); others are fatal.
 class Trainer {
  public:
   struct Options {
-    v1::Recipe recipe;          // defaults filled, valid
+    v1::Recipe recipe;          // defaults filled
     v1::MotionLibrary library;  // manifest
     std::string run_id;
     std::string assets_sha256;
     std::string layout_sha256;
   };
+  // INVALID_ARGUMENT: the recipe (ValidateRecipe), or it does not fit the
+  // library.
   static absl::StatusOr<std::unique_ptr<Trainer>> Create(
       Options options, std::unique_ptr<PpoLearner> learner,
       Experience& experience);
 
   absl::StatusOr<IterationReport> RunIteration();
 
+  // Begins the orders of the next iteration, if they are not out already, so
+  // that actors work while the caller saves or writes logs. RunIteration does
+  // it otherwise; results are the same.
+  absl::Status BeginNext();
+
+  // Between two iterations, where Save makes sense; false for good after a
+  // fatal failure.
+  bool at_rest() const { return at_rest_; }
   int64_t iteration() const { return iteration_; }
   int64_t samples() const { return samples_; }
   const PpoLearner& learner() const { return *learner_; }
@@ -103,8 +118,19 @@ class Trainer {
   absl::Status PublishSnapshot();
   SnapshotName NewestSnapshot() const;
   absl::Status BeginTraining(int64_t iteration);
-  absl::Status FinishEvaluations(IterationReport& report);
+  struct Collected {
+    std::vector<v1::Segment> training, evaluation;
+  };
+  // All that this iteration waits for, at once: nothing is taken on failure.
+  absl::StatusOr<Collected> Collect();
+  absl::Status Absorb(const std::vector<v1::Segment>& segments);
+  // Whether an evaluation takes effect at the end of this iteration.
+  bool IsDue(const v1::PendingEvaluation& pending) const;
+  void FinishEvaluations(const std::vector<v1::Segment>& segments,
+                         IterationReport& report);
+  void ObserveEvaluation(const EvaluationSummary& evaluation);
   absl::Status BeginEvaluationIfDue();
+  absl::Status BeginAgain();
 
   const Options options_;
   std::unique_ptr<PpoLearner> learner_;
@@ -113,6 +139,7 @@ class Trainer {
   OrderPlanner planner_;
   Annealer annealer_;
 
+  bool at_rest_ = true;
   int64_t iteration_ = 0;
   int64_t samples_ = 0;
   std::deque<PublishedSnapshot> snapshots_;  // newest last, at most 2

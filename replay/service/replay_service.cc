@@ -54,10 +54,9 @@ class Receiver {
           ": total_size: expected >= 1, found ", first.total_size()));
     }
     SINEW_ASSIGN_OR_RETURN(
-        admission_,
-        table_.Admit(first.run_id(), first.order_id(), first.total_size(),
-                     absl::InfiniteFuture(),
-                     [this] { return context_.IsCancelled(); }));
+        admission_, table_.Admit(first.run_id(), first.order_id(),
+                                 first.total_size(), absl::InfiniteFuture(),
+                                 [this] { return context_.IsCancelled(); }));
     remaining_ = first.total_size();
     if (admission_.refusal.has_value()) return absl::OkStatus();
     return payload_.Begin(first.total_size());
@@ -65,10 +64,9 @@ class Receiver {
 
   absl::Status Append(absl::string_view data) {
     if (static_cast<int64_t>(data.size()) > remaining_) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("chunk: expected at most ", remaining_,
-                       " bytes to the declared total_size, found ",
-                       data.size()));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "chunk: expected at most ", remaining_,
+          " bytes to the declared total_size, found ", data.size()));
     }
     remaining_ -= static_cast<int64_t>(data.size());
     if (admission_.refusal.has_value()) return absl::OkStatus();
@@ -100,12 +98,11 @@ bool SendSegment(const v1::Segment& segment,
   const std::string bytes = segment.SerializeAsString();
   v1::TakeResponse chunk;
   chunk.set_order_id(segment.order_id());
-  return rpc::ForEachChunk(
-      bytes, 0, [&](absl::string_view data, bool first) {
-        chunk.set_total_size(first ? static_cast<int64_t>(bytes.size()) : 0);
-        chunk.set_data(data.data(), data.size());
-        return writer.Write(chunk);
-      });
+  return rpc::ForEachChunk(bytes, 0, [&](absl::string_view data, bool first) {
+    chunk.set_total_size(first ? static_cast<int64_t>(bytes.size()) : 0);
+    chunk.set_data(data.data(), data.size());
+    return writer.Write(chunk);
+  });
 }
 
 }  // namespace
@@ -121,12 +118,11 @@ grpc::Status ReplayService::Put(grpc::ServerContext* context,
   return rpc::ToGrpc(Receiver(table_, *context, *stream).Run());
 }
 
-grpc::Status ReplayService::Take(
-    grpc::ServerContext* context, const v1::TakeRequest* request,
-    grpc::ServerWriter<v1::TakeResponse>* writer) {
-  const absl::Time deadline =
-      std::min(absl::FromChrono(context->deadline()),
-               absl::Now() + kLongestTake);
+grpc::Status ReplayService::Take(grpc::ServerContext* context,
+                                 const v1::TakeRequest* request,
+                                 grpc::ServerWriter<v1::TakeResponse>* writer) {
+  const absl::Time deadline = std::min(absl::FromChrono(context->deadline()),
+                                       absl::Now() + kLongestTake);
   const auto segments =
       table_.Collect(request->run_id(), request->order_ids(), deadline,
                      [context] { return context->IsCancelled(); });

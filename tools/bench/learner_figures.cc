@@ -26,21 +26,11 @@ double MeasureGemm() {
   return flops;
 }
 
-}  // namespace
-
-absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
-                                              int observation_width,
-                                              int action_width, int ranks,
-                                              int updates) {
-  v1::Recipe full = WithDefaults(recipe);
-  full.mutable_ppo()->set_kl_stop(std::numeric_limits<float>::max());
-  SINEW_ASSIGN_OR_RETURN(
-      const std::unique_ptr<learner::PpoLearner> learner,
-      learner::PpoLearner::Create(full, {.observation_width = observation_width,
-                                         .action_width = action_width,
-                                         .ranks = ranks}));
-  const v1::Rollouts& rollouts = full.rollouts();
-  const std::vector<v1::Segment> segments = learner::MakeSyntheticSegments(
+std::vector<v1::Segment> MakeSegments(const v1::Recipe& recipe,
+                                      int observation_width, int action_width,
+                                      const learner::PpoLearner& learner) {
+  const v1::Rollouts& rollouts = recipe.rollouts();
+  return learner::MakeSyntheticSegments(
       {.observation_width = observation_width,
        .action_width = action_width,
        .orders = rollouts.environments() / rollouts.environments_per_order(),
@@ -48,32 +38,75 @@ absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
        .steps = rollouts.horizon(),
        .terminated_share = 0.005,
        .truncated_share = 0.003},
-      learner->graph(), learner->weights(), /*iteration=*/0);
+      learner.graph(), learner.weights(), /*iteration=*/0);
+}
+
+// One update; `best` keeps the fastest.
+absl::Status Update(learner::PpoLearner& learner,
+                    const std::vector<const v1::Segment*>& segments,
+                    int64_t iteration, LearnerFigures& best) {
+  const std::clock_t cpu_begin = std::clock();
+  const auto begin = std::chrono::steady_clock::now();
+  SINEW_ASSIGN_OR_RETURN(const learner::UpdateStatistics statistics,
+                         learner.Update(segments, iteration));
+  const std::chrono::duration<double> seconds =
+      std::chrono::steady_clock::now() - begin;
+  const double cpu =
+      static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
+  best.samples_per_s =
+      std::max(best.samples_per_s,
+               static_cast<double>(statistics.samples) / seconds.count());
+  best.flops_per_s =
+      std::max(best.flops_per_s, statistics.flops / seconds.count());
+  best.cpu_flops_per_s = std::max(best.cpu_flops_per_s, statistics.flops / cpu);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
+                                             int observation_width,
+                                             int action_width, int updates) {
+  v1::Recipe full = WithDefaults(recipe);
+  full.mutable_ppo()->set_kl_stop(std::numeric_limits<float>::max());
+  full.mutable_ppo()->set_bfloat16(false);
+  const auto create = [&](int ranks) {
+    return learner::PpoLearner::Create(full,
+                                       {.observation_width = observation_width,
+                                        .action_width = action_width,
+                                        .ranks = ranks});
+  };
+  SINEW_ASSIGN_OR_RETURN(const auto one, create(1));
+  SINEW_ASSIGN_OR_RETURN(const auto two, create(2));
+  std::unique_ptr<learner::PpoLearner> bfloat16;
+  LearnerRatios ratios;
+  if (learner::CheckBfloat16(learner::DetectCpu(), full.device()).ok()) {
+    full.mutable_ppo()->set_bfloat16(true);
+    SINEW_ASSIGN_OR_RETURN(bfloat16, create(1));
+    ratios.bfloat16.emplace();
+  }
+  const std::vector<v1::Segment> segments =
+      MakeSegments(full, observation_width, action_width, *one);
   const std::vector<const v1::Segment*> pointers = learner::Pointers(segments);
-  LearnerFigures figures;
-  double flops_per_cpu_s = 0;
   for (int i = 0; i < updates; ++i) {
-    const std::clock_t cpu_begin = std::clock();
-    const auto begin = std::chrono::steady_clock::now();
-    SINEW_ASSIGN_OR_RETURN(const learner::UpdateStatistics statistics,
-                           learner->Update(pointers, i));
-    const std::chrono::duration<double> seconds =
-        std::chrono::steady_clock::now() - begin;
-    const double cpu_seconds =
-        static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
-    flops_per_cpu_s = std::max(flops_per_cpu_s, statistics.flops / cpu_seconds);
-    figures.samples_per_s =
-        std::max(figures.samples_per_s, statistics.samples / seconds.count());
-    figures.flops_per_s =
-        std::max(figures.flops_per_s, statistics.flops / seconds.count());
+    SINEW_RETURN_IF_ERROR(Update(*one, pointers, i, ratios.one_rank));
+    SINEW_RETURN_IF_ERROR(Update(*two, pointers, i, ratios.two_ranks));
+    if (bfloat16 != nullptr) {
+      SINEW_RETURN_IF_ERROR(Update(*bfloat16, pointers, i, *ratios.bfloat16));
+    }
     if (i % 4 == 0) {
-      figures.gemm_flops_per_s =
-          std::max(figures.gemm_flops_per_s, MeasureGemm());
+      ratios.gemm_flops_per_s =
+          std::max(ratios.gemm_flops_per_s, MeasureGemm());
     }
   }
-  figures.gemm_ratio = figures.flops_per_s / (ranks * figures.gemm_flops_per_s);
-  figures.cpu_gemm_ratio = flops_per_cpu_s / figures.gemm_flops_per_s;
-  return figures;
+  const LearnerFigures& base = ratios.one_rank;
+  ratios.gemm_ratio = base.flops_per_s / ratios.gemm_flops_per_s;
+  ratios.cpu_gemm_ratio = base.cpu_flops_per_s / ratios.gemm_flops_per_s;
+  ratios.two_ranks_ratio = ratios.two_ranks.samples_per_s / base.samples_per_s;
+  if (ratios.bfloat16.has_value()) {
+    ratios.bfloat16_ratio = ratios.bfloat16->samples_per_s / base.samples_per_s;
+  }
+  return ratios;
 }
 
 }  // namespace sinew::bench

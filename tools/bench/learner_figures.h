@@ -1,32 +1,42 @@
 #ifndef SINEW_TOOLS_BENCH_LEARNER_FIGURES_H_
 #define SINEW_TOOLS_BENCH_LEARNER_FIGURES_H_
 
+#include <optional>
+
 #include "absl/status/statusor.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::bench {
 
 struct LearnerFigures {
-  double samples_per_s = 0;     // of the fastest update
-  double flops_per_s = 0;       // products of that update, over its whole time
-  double gemm_flops_per_s = 0;  // best plain float32 product, one thread
-  // flops_per_s over ranks * gemm_flops_per_s.
-  double gemm_ratio = 0;
-  // The same per second of CPU time: what the ranks' waiting and other load on
-  // the machine do not touch.
-  double cpu_gemm_ratio = 0;
+  double samples_per_s = 0;    // of the fastest update
+  double flops_per_s = 0;      // products of that update, over its whole time
+  double cpu_flops_per_s = 0;  // the same over the ranks' processor time
 };
 
-// Updates a learner of this recipe `updates` times on made-up segments of the
+struct LearnerRatios {
+  double gemm_flops_per_s = 0;  // best plain float32 product, one thread
+  LearnerFigures one_rank, two_ranks;
+  std::optional<LearnerFigures> bfloat16;  // one rank; where the CPU has it
+  // one_rank.flops_per_s over gemm_flops_per_s, and the same by processor time,
+  // which other load on the machine hardly touches.
+  double gemm_ratio = 0;
+  double cpu_gemm_ratio = 0;
+  // samples/s over those of one rank in float32.
+  double two_ranks_ratio = 0;
+  std::optional<double> bfloat16_ratio;
+};
+
+// Updates learners of this recipe (one rank, two ranks, and in bfloat16 where
+// the CPU has it) in turn, `updates` times each, on made-up segments of the
 // recipe's size (learner/ppo/synthetic_segments.h), the plain product measured
 // between them, and takes the best of each: other load on the machine slows
-// both alike. The KL stop is off, so that every update does all epochs.
+// all alike. The KL stop is off, so that every update does all epochs.
 //
-// Blocking: seconds. Errors: those of PpoLearner.
-absl::StatusOr<LearnerFigures> MeasureLearner(const v1::Recipe& recipe,
-                                              int observation_width,
-                                              int action_width, int ranks,
-                                              int updates);
+// Blocking: seconds per update. Errors: those of PpoLearner.
+absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
+                                             int observation_width,
+                                             int action_width, int updates);
 
 }  // namespace sinew::bench
 

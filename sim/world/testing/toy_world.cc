@@ -271,6 +271,7 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   SINEW_CHECK(WriteFileAtomically(JoinPath(folder, "toy.xml"), kModel).ok());
   SINEW_CHECK(WriteFileAtomically(text, kCharacter).ok());
   ToyWorld world;
+  world.folder = folder;
   world.recipe = recipe;
   auto character = character::Character::Load(text, recipe.physics());
   SINEW_CHECK(character.ok()) << character.status().ToString();

@@ -1,0 +1,128 @@
+#include "tools/training/metrics_log.h"
+
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+
+namespace sinew::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json EvaluationRow(const learner::IterationReport& report) {
+  const SetSummary& overall = report.evaluation->overall;
+  return {{"iteration", report.evaluated_iteration},
+          {"clips", overall.clips},
+          {"succeeded_clips", overall.succeeded_clips},
+          {"starts", overall.starts},
+          {"succeeded_starts", overall.succeeded_starts},
+          {"survived_share", overall.survived_share},
+          {"e_g_mpjpe_mm", overall.means.e_g_mpjpe_mm},
+          {"e_mpjpe_mm", overall.means.e_mpjpe_mm},
+          {"e_vel", overall.means.e_vel},
+          {"e_acc", overall.means.e_acc}};
+}
+
+Json SecondsRow(const learner::IterationReport& report,
+                const RunFigures& figures) {
+  const v1::StageSeconds& rollout = report.rollout_seconds;
+  return {{"iteration", figures.iteration_wall},
+          {"wait", report.wait_seconds},
+          {"learn", report.learn_seconds},
+          {"publish", report.publish_seconds},
+          {"save", figures.save_seconds},
+          {"simulate", rollout.simulate()},
+          {"infer", rollout.infer()},
+          {"observe", rollout.observe()},
+          {"encode", rollout.encode()},
+          {"evaluate", report.evaluation_core_seconds},
+          {"learner_cpu", figures.learner_cpu},
+          {"actors_cpu", figures.actors_cpu}};
+}
+
+Json Row(const learner::IterationReport& report, const RunFigures& figures) {
+  const RunSeconds& seconds = figures.seconds;
+  const learner::UpdateStatistics& update = report.update;
+  Json row = {
+      {"iteration", report.iteration},
+      {"wall_s", seconds.wall},
+      {"train_s", seconds.train},
+      {"samples", report.samples},
+      {"policy_version", report.policy_version},
+      {"reward", update.reward_mean},
+      {"reward_terms", update.reward_terms},
+      {"body_distance_m", update.body_distance_mean_m},
+      {"episodes", report.episodes},
+      {"failed_episodes", report.failed_episodes},
+      {"episode_steps", report.mean_episode_steps},
+      {"diverged", report.diverged},
+      {"policy_loss", update.policy_loss},
+      {"value_loss", update.value_loss},
+      {"kl", update.kl},
+      {"epochs", update.epochs},
+      {"clip_fraction", update.clip_fraction},
+      {"policy_gradient_norm", update.policy_gradient_norm},
+      {"value_gradient_norm", update.value_gradient_norm},
+      {"explained_variance", update.explained_variance},
+      {"policy_learning_rate", update.policy_learning_rate},
+      {"value_learning_rate", update.value_learning_rate},
+      {"std_factor", update.std_factor},
+      {"non_finite", update.non_finite},
+      {"policy_lag", report.policy_lag},
+      {"physics_steps", report.physics_steps},
+      {"cores", figures.cores},
+      {"ranks", figures.ranks},
+      {"actors", figures.actors},
+      {"orders_reissued", figures.orders_reissued},
+      {"save_failures", figures.save_failures},
+      {"flops", update.flops},
+      {"seconds", SecondsRow(report, figures)}};
+  if (report.evaluation) row["eval"] = EvaluationRow(report);
+  return row;
+}
+
+// The rows up to `iteration`.
+std::string KeptRows(const std::string& text, int64_t iteration) {
+  std::string kept;
+  for (absl::string_view line : absl::StrSplit(text, '\n', absl::SkipEmpty())) {
+    const Json row = Json::parse(line.begin(), line.end(), nullptr,
+                                 /*allow_exceptions=*/false);
+    if (!row.is_object() || row.value("iteration", int64_t{0}) > iteration) {
+      break;
+    }
+    absl::StrAppend(&kept, line, "\n");
+  }
+  return kept;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MetricsLog>> MetricsLog::Open(
+    const std::string& path, int64_t iteration) {
+  std::string kept;
+  if (FileExists(path)) {
+    SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+    kept = KeptRows(text, iteration);
+  }
+  SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, kept));
+  auto log = std::unique_ptr<MetricsLog>(new MetricsLog(path));
+  log->stream_.open(path, std::ios::app);
+  if (!log->stream_) {
+    return absl::UnavailableError(absl::StrCat(path, ": cannot be opened"));
+  }
+  return log;
+}
+
+absl::Status MetricsLog::Write(const learner::IterationReport& report,
+                               const RunFigures& figures) {
+  stream_ << Row(report, figures).dump() << std::endl;
+  if (stream_) return absl::OkStatus();
+  stream_.clear();
+  return absl::ResourceExhaustedError(
+      absl::StrCat(path_, ": cannot write a row; is the disk full?"));
+}
+
+}  // namespace sinew::tools

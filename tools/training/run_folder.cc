@@ -1,0 +1,46 @@
+#include "tools/training/run_folder.h"
+
+#include <google/protobuf/util/message_differencer.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/strip.h"
+#include "common/config/recipe.h"
+#include "common/status_macros.h"
+
+namespace sinew::tools {
+
+absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
+    const std::string& path, const v1::Recipe& recipe) {
+  SINEW_RETURN_IF_ERROR(MakeDirectories(path));
+  SINEW_ASSIGN_OR_RETURN(std::unique_ptr<DirectoryLock> lock,
+                         DirectoryLock::Acquire(path));
+  std::unique_ptr<RunFolder> folder(new RunFolder(path, std::move(lock)));
+  const auto states = ListDirectory(folder->checkpoints());
+  if (states.ok() && !states->empty()) {
+    SINEW_RETURN_IF_ERROR(folder->CheckSameRecipe(recipe));
+  }
+  SINEW_RETURN_IF_ERROR(
+      WriteFileAtomically(folder->config(), PrintRecipe(recipe)));
+  return folder;
+}
+
+absl::Status RunFolder::CheckSameRecipe(const v1::Recipe& recipe) const {
+  if (!FileExists(config())) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config()));
+  SINEW_ASSIGN_OR_RETURN(const v1::Recipe before, ParseRecipe(text, config()));
+  std::string differences;
+  google::protobuf::util::MessageDifferencer differencer;
+  differencer.ReportDifferencesToString(&differences);
+  if (differencer.Compare(before, recipe)) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      path_, ": expected the recipe that the run was started with, found "
+             "another one (",
+      absl::StrReplaceAll(absl::StripSuffix(differences, "\n"),
+                          {{"\n", "; "}}),
+      "); give the same one, or another --run"));
+}
+
+}  // namespace sinew::tools

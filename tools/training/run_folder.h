@@ -1,0 +1,53 @@
+#ifndef SINEW_TOOLS_TRAINING_RUN_FOLDER_H_
+#define SINEW_TOOLS_TRAINING_RUN_FOLDER_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/files.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew::tools {
+
+// The folder of a run, locked against a second learner:
+//
+//   config.textproto   the recipe, defaults filled
+//   metrics.jsonl      a row per iteration
+//   log.jsonl          what was logged
+//   logs/              output of child actors
+//   checkpoints/       training states and assets
+//   bundle/            the last iteration, exported
+//   bundle_best/       the best evaluated iteration, exported
+//
+// Thread-safety: immutable. Ownership: holds the lock. Blocking: on the disk.
+// Errors: FAILED_PRECONDITION: another process trains there (named);
+// INVALID_ARGUMENT: it holds states of another recipe (fields, old and new).
+class RunFolder {
+ public:
+  // Opens or makes the folder and writes the configuration.
+  static absl::StatusOr<std::unique_ptr<RunFolder>> Open(
+      const std::string& path, const v1::Recipe& recipe);
+
+  const std::string& path() const { return path_; }
+  std::string config() const { return JoinPath(path_, "config.textproto"); }
+  std::string metrics() const { return JoinPath(path_, "metrics.jsonl"); }
+  std::string log() const { return JoinPath(path_, "log.jsonl"); }
+  std::string actor_logs() const { return JoinPath(path_, "logs"); }
+  std::string checkpoints() const { return JoinPath(path_, "checkpoints"); }
+  std::string bundle() const { return JoinPath(path_, "bundle"); }
+  std::string best_bundle() const { return JoinPath(path_, "bundle_best"); }
+
+ private:
+  RunFolder(std::string path, std::unique_ptr<DirectoryLock> lock)
+      : path_(std::move(path)), lock_(std::move(lock)) {}
+  absl::Status CheckSameRecipe(const v1::Recipe& recipe) const;
+
+  const std::string path_;
+  const std::unique_ptr<DirectoryLock> lock_;
+};
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_RUN_FOLDER_H_

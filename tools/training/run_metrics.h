@@ -1,0 +1,32 @@
+#ifndef SINEW_TOOLS_TRAINING_RUN_METRICS_H_
+#define SINEW_TOOLS_TRAINING_RUN_METRICS_H_
+
+#include "common/metrics/learner_metrics.h"
+#include "learner/dispatcher/dispatcher.h"
+#include "learner/trainer/trainer.h"
+#include "tools/training/metrics_log.h"
+
+namespace sinew::tools {
+
+// Moves the learner's series after each iteration.
+//
+// Thread-safety: one caller. Ownership: borrows the series. Blocking: never.
+// Errors: none.
+class RunMetrics {
+ public:
+  explicit RunMetrics(metrics::LearnerMetrics& metrics) : metrics_(metrics) {}
+
+  void Update(const learner::IterationReport& report, const RunFigures& figures,
+              const learner::Dispatcher::Statistics& actors);
+
+ private:
+  void UpdateActors(const learner::Dispatcher::Statistics& actors);
+  void UpdateLearning(const learner::IterationReport& report);
+
+  metrics::LearnerMetrics& metrics_;
+  learner::Dispatcher::Statistics before_;
+};
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_RUN_METRICS_H_

@@ -1,0 +1,75 @@
+#include "tools/training/task_setup.h"
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "actor/rollout_assets.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "sim/character/character.h"
+#include "sim/motion/library.h"
+
+namespace sinew::tools {
+namespace {
+
+// The assets' bytes by role, as in TaskAssets.
+absl::StatusOr<std::map<std::string, std::string>> MakeAssets(
+    const v1::Recipe& recipe, const std::string& character_name,
+    const std::string& motions) {
+  SINEW_ASSIGN_OR_RETURN(
+      const std::unique_ptr<character::Character> character,
+      character::Character::Load(character_name, recipe.physics()));
+  std::map<std::string, std::string> assets;
+  assets["character"] = character->character_text();
+  assets["model"] = character->model_binary();
+  assets["recipe"] = PrintRecipe(recipe);
+  SINEW_ASSIGN_OR_RETURN(assets["library"],
+                         ReadFile(JoinPath(motions, "manifest.json")));
+  SINEW_ASSIGN_OR_RETURN(assets["frames"],
+                         ReadFile(JoinPath(motions, "frames.safetensors")));
+  return assets;
+}
+
+v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
+  v1::TaskAssets list;
+  for (const auto& [role, bytes] : assets) {
+    v1::Asset& asset = *list.add_assets();
+    asset.set_role(role);
+    asset.set_sha256(Sha256Hex(*bytes));
+    asset.set_size(static_cast<int64_t>(bytes->size()));
+  }
+  return list;
+}
+
+}  // namespace
+
+absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
+                                    const std::string& character,
+                                    const std::string& motions) {
+  SINEW_ASSIGN_OR_RETURN(auto assets, MakeAssets(recipe, character, motions));
+  TaskSetup setup;
+  SINEW_ASSIGN_OR_RETURN(
+      setup.library,
+      motion::Library::FromBytes(assets["library"], assets["frames"], motions));
+  SINEW_ASSIGN_OR_RETURN(
+      const auto rollout,
+      actor::RolloutAssets::Create(assets["character"], assets["model"],
+                                   assets["library"], assets["frames"],
+                                   assets["recipe"]));
+  setup.observation_width = rollout->task().observation_width();
+  setup.action_width = rollout->task().action_width();
+  setup.layout = rollout->layout();
+  setup.layout_sha256 = rollout->layout_sha256();
+  for (auto& [role, bytes] : assets) {
+    setup.assets[role] = std::make_shared<const std::string>(std::move(bytes));
+  }
+  setup.list = std::make_shared<const std::string>(
+      SerializeDeterministically(ListAssets(setup.assets)));
+  setup.assets_sha256 = Sha256Hex(*setup.list);
+  return setup;
+}
+
+}  // namespace sinew::tools

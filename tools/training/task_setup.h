@@ -1,0 +1,41 @@
+#ifndef SINEW_TOOLS_TRAINING_TASK_SETUP_H_
+#define SINEW_TOOLS_TRAINING_TASK_SETUP_H_
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "common/blobs/blob_source.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "sim/motion/library.h"
+
+namespace sinew::tools {
+
+// What a run is about, compiled: what actors fetch, and what the learner must
+// know of it.
+struct TaskSetup {
+  std::shared_ptr<const motion::Library> library;
+  int observation_width = 0;
+  int action_width = 0;
+  v1::SegmentLayout layout;
+  std::string layout_sha256;
+  // The serialised TaskAssets, its SHA-256, and the assets that it names by
+  // role.
+  Blob list;
+  std::string assets_sha256;
+  std::map<std::string, Blob> assets;
+};
+
+// Loads a character (name or file) and a motion library (folder), compiles the
+// character for the recipe (defaults filled, valid), and builds the task from
+// the assets' bytes just as an actor will. Blocks on the disk. NOT_FOUND,
+// INVALID_ARGUMENT naming file and field.
+absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
+                                    const std::string& character,
+                                    const std::string& motions);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_TASK_SETUP_H_

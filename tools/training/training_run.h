@@ -1,0 +1,151 @@
+#ifndef SINEW_TOOLS_TRAINING_TRAINING_RUN_H_
+#define SINEW_TOOLS_TRAINING_TRAINING_RUN_H_
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "common/clock.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
+#include "learner/experience/service_experience.h"
+#include "learner/state/state_saver.h"
+#include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "tools/training/best_policy.h"
+#include "tools/training/metrics_log.h"
+#include "tools/training/progress.h"
+#include "tools/training/run_folder.h"
+#include "tools/training/run_metrics.h"
+#include "tools/training/run_services.h"
+#include "tools/training/run_store.h"
+#include "tools/training/task_setup.h"
+
+namespace sinew::tools {
+
+// One run of training as `sinew train` and `sinew learner` do it: the task, the
+// run directory, the servers, the trainer.
+//
+//   Open: recipe, character and library -> assets -> store
+//         servers -> experience -> trainer <- latest state, if there is one
+//   (actors come to address())
+//   Train: iteration, row of metrics.jsonl, progress, best policy, save by
+//          interval (beside training) until minutes or iterations are over, or
+//          stop; then saves and exports bundle/ and bundle_best/
+//   Drain: actors go
+//
+// A save that fails costs the chance to resume there and nothing else: it is
+// counted and shown, and tried again at the next interval.
+//
+// Thread-safety: one caller. Ownership: owns all of it; borrows the clock.
+// Blocking: Open for seconds (compiles, reads); Train until the run's end.
+// Errors: Open: INVALID_ARGUMENT, NOT_FOUND for configuration,
+// FAILED_PRECONDITION for a locked or foreign run directory, ALREADY_EXISTS for
+// an address in use. Train: what the experience or the learner failed with,
+// after saving what there is.
+class TrainingRun {
+ public:
+  struct Options {
+    v1::Recipe recipe;  // defaults filled, valid
+    std::string character = "humanoid";
+    std::string motions;
+    std::string directory;
+    // Ends, of the run in all; 0: the recipe's.
+    double minutes = 0;
+    int64_t iterations = 0;
+    // Threads that learn, and cores that actors and learner share.
+    int ranks = 1;
+    int cores = 1;
+    // Of RunServices.
+    std::string listen;
+    rpc::Security security = {};
+    std::string replay_address = {};
+    std::string metrics_address = {};
+    // A checkpoint service; empty: the run directory.
+    std::string checkpoint_address = {};
+    // Bundle whose weights a run without states begins with; empty: none.
+    std::string init = {};
+  };
+  // Child actors, if there are any.
+  struct Children {
+    std::function<absl::Status()> check;
+    std::function<double()> cpu_seconds;
+  };
+
+  static absl::StatusOr<std::unique_ptr<TrainingRun>> Open(
+      const Options& options, Clock& clock, const StopToken& stop);
+  ~TrainingRun();
+
+  // Where actors are to come.
+  const std::string& address() const { return services_->server().address(); }
+  const RunFolder& folder() const { return *folder_; }
+  void SetChildren(Children children) { children_ = std::move(children); }
+
+  absl::Status Train();
+  void Drain(absl::Duration timeout) { services_->Drain(timeout); }
+
+ private:
+  TrainingRun(const Options& options, Clock& clock, const StopToken& stop);
+
+  // training_run_open.cc.
+  absl::Status OpenFolder();
+  absl::Status OpenStore(const TaskSetup& setup);
+  absl::Status StartLogging();
+  absl::Status StartServices(const TaskSetup& setup);
+  void MakeExperience(const TaskSetup& setup);
+  absl::Status MakeTrainer(const TaskSetup& setup);
+  absl::Status Resume();
+
+  // training_run.cc.
+  bool IsDone() const;
+  absl::Status RunIteration();
+  void Account(const learner::IterationReport& report);
+  void Tell(const learner::IterationReport& report);
+  void Show(const learner::IterationReport& report);
+  void SetEnd(ProgressState& state) const;
+  learner::Trainer::State State() const;
+  // Of saves that have ended.
+  absl::Status TakeSaveResult();
+  void SaveByInterval();
+  absl::Status SaveAndWait();
+  void KeepBest(const learner::IterationReport& report);
+  absl::Status Export() const;
+
+  const Options options_;
+  Clock& clock_;
+  const StopToken stop_;
+  Children children_;
+  Progress progress_;
+  std::string run_id_;
+
+  std::unique_ptr<RunFolder> folder_;
+  std::unique_ptr<RunStore> store_;
+  std::unique_ptr<RunServices> services_;
+  std::unique_ptr<learner::StateSaver> saver_;
+  std::unique_ptr<BestPolicy> best_;
+  std::unique_ptr<learner::ServiceExperience> experience_;
+  std::unique_ptr<learner::Trainer> trainer_;
+  std::unique_ptr<MetricsLog> metrics_log_;
+  std::unique_ptr<RunMetrics> run_metrics_;
+
+  RunFigures figures_;
+  std::string evaluation_;  // latest, as text
+  int64_t saved_iteration_ = -1;
+  bool save_is_due_ = false;
+  // Marks of the latest row.
+  double row_seconds_ = 0;
+  double row_learner_cpu_ = 0;
+  double row_actors_cpu_ = 0;
+  // At the start of this session.
+  int64_t first_samples_ = 0;
+  double first_train_seconds_ = 0;
+};
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_TRAINING_RUN_H_

@@ -1,0 +1,167 @@
+#include <unistd.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/build_info.h"
+#include "common/logging.h"
+#include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/run_export.h"
+#include "learner/ppo/ppo_learner.h"
+#include "tools/training/training_run.h"
+
+namespace sinew::tools {
+
+TrainingRun::TrainingRun(const Options& options, Clock& clock,
+                         const StopToken& stop)
+    : options_(options),
+      clock_(clock),
+      stop_(stop),
+      progress_({.is_terminal = isatty(STDERR_FILENO) == 1,
+                 .write = {}}, clock) {}
+
+TrainingRun::~TrainingRun() { SetProgramLogger(nullptr); }
+
+absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
+    const Options& options, Clock& clock, const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(
+      const TaskSetup setup,
+      SetUpTask(options.recipe, options.character, options.motions));
+  std::unique_ptr<TrainingRun> run(new TrainingRun(options, clock, stop));
+  run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
+  SINEW_RETURN_IF_ERROR(run->OpenFolder());
+  SINEW_RETURN_IF_ERROR(run->OpenStore(setup));
+  SINEW_RETURN_IF_ERROR(run->StartServices(setup));
+  SINEW_RETURN_IF_ERROR(run->MakeTrainer(setup));
+  SINEW_RETURN_IF_ERROR(run->Resume());
+  return run;
+}
+
+absl::Status TrainingRun::OpenFolder() {
+  SINEW_ASSIGN_OR_RETURN(folder_,
+                         RunFolder::Open(options_.directory, options_.recipe));
+  return StartLogging();
+}
+
+absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
+  SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
+      folder_->path(), options_.character, *setup.library));
+  const std::string where = options_.checkpoint_address.empty()
+                                ? folder_->checkpoints()
+                                : options_.checkpoint_address;
+  SINEW_ASSIGN_OR_RETURN(
+      store_, RunStore::Open(where, options_.security, clock_, stop_));
+  SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
+  best_ = std::make_unique<BestPolicy>(*store_);
+  return best_->Load();
+}
+
+absl::Status TrainingRun::StartLogging() {
+  Logger::Options options;
+  options.role = "learner";
+  options.file = folder_->log();
+  SINEW_ASSIGN_OR_RETURN(std::unique_ptr<Logger> logger,
+                         Logger::Create(options, clock_));
+  logger->SetConsole([this](absl::string_view line) { progress_.Line(line); });
+  SetProgramLogger(std::move(logger));
+  return absl::OkStatus();
+}
+
+absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
+  const v1::Rollouts& rollouts = options_.recipe.rollouts();
+  RunServices::Options services;
+  services.listen = options_.listen;
+  services.security = options_.security;
+  services.replay_address = options_.replay_address;
+  services.replay_bytes = rollouts.replay_bytes();
+  services.checkpoint_address = options_.checkpoint_address;
+  services.assets = &store_->artifacts();
+  services.metrics_address = options_.metrics_address;
+  services.run_id = run_id_;
+  services.assets_sha256 = setup.assets_sha256;
+  services.reissue_after = absl::Seconds(rollouts.reissue_seconds());
+  SINEW_ASSIGN_OR_RETURN(services_, RunServices::Start(services));
+  run_metrics_ = std::make_unique<RunMetrics>(services_->metrics());
+  saver_ = std::make_unique<learner::StateSaver>(
+      store_->artifacts(), options_.recipe.checkpointing().keep(), clock_,
+      services_->save_metrics());
+  MakeExperience(setup);
+  return absl::OkStatus();
+}
+
+void TrainingRun::MakeExperience(const TaskSetup& setup) {
+  learner::ServiceExperience::Options experience;
+  experience.run_id = run_id_;
+  experience.layout = setup.layout;
+  experience.address = address();
+  // A transfer from elsewhere must fit into a step.
+  if (!options_.replay_address.empty()) experience.step = absl::Seconds(30);
+  experience.check = [this] {
+    return children_.check ? children_.check() : absl::OkStatus();
+  };
+  experience.stop = stop_;
+  experience_ = std::make_unique<learner::ServiceExperience>(
+      std::move(experience), services_->server().dispatcher(),
+      services_->replay(), services_->server().snapshots(), clock_);
+}
+
+absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
+  SINEW_ASSIGN_OR_RETURN(
+      auto learner,
+      learner::PpoLearner::Create(options_.recipe,
+                                  {.observation_width = setup.observation_width,
+                                   .action_width = setup.action_width,
+                                   .ranks = options_.ranks}));
+  SINEW_ASSIGN_OR_RETURN(const bool has_state, store_->HasState());
+  if (!options_.init.empty() && !has_state) {
+    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
+                           bundle::ReadBundle(options_.init));
+    SINEW_RETURN_IF_ERROR(learner->InitFrom(bundle.weights));
+    LogInfo("weights taken", {{"bundle", options_.init}});
+  }
+  learner::Trainer::Options trainer;
+  trainer.recipe = options_.recipe;
+  trainer.library = setup.library->manifest();
+  trainer.run_id = run_id_;
+  trainer.assets_sha256 = setup.assets_sha256;
+  trainer.layout_sha256 = setup.layout_sha256;
+  SINEW_ASSIGN_OR_RETURN(
+      trainer_, learner::Trainer::Create(std::move(trainer), std::move(learner),
+                                         *experience_));
+  return absl::OkStatus();
+}
+
+absl::Status TrainingRun::Resume() {
+  std::vector<std::string> warnings;
+  const auto state = store_->LoadState(&warnings);
+  for (const std::string& warning : warnings) LogWarning(warning);
+  if (state.ok()) {
+    SINEW_RETURN_IF_ERROR(trainer_->Restore(*state));
+    figures_.seconds = {state->counters.wall_seconds(),
+                        state->counters.train_seconds()};
+    saved_iteration_ = trainer_->iteration();
+    if (state->counters.build() != BuildIdentity()) {
+      LogWarning("the state is of another build: results may differ in bits",
+                 {{"expected", BuildIdentity()},
+                  {"found", state->counters.build()}});
+    }
+    for (size_t i = 0; i < state->snapshots.size(); ++i) {
+      best_->Remember(state->counters.snapshots(static_cast<int>(i)).version(),
+                      std::make_shared<const std::string>(state->snapshots[i]),
+                      trainer_->samples(), figures_.seconds.train);
+    }
+    LogInfo("resumed", {{"iteration", trainer_->iteration()}});
+  } else if (!absl::IsNotFound(state.status())) {
+    return state.status();
+  }
+  first_samples_ = trainer_->samples();
+  first_train_seconds_ = figures_.seconds.train;
+  SINEW_ASSIGN_OR_RETURN(
+      metrics_log_, MetricsLog::Open(folder_->metrics(), trainer_->iteration()));
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::tools
