@@ -298,14 +298,17 @@ TEST_F(ActorTest, AsksForAsManyOrdersAsBeforeAfterALostStream) {
 TEST_F(ActorTest, EndsAtOnceWhenStoppedWhileTheLearnerIsAway) {
   auto learner = std::make_unique<Learner>(folder_.Address("l"));
   engine_.Hold();
-  Start(*learner);
+  Actor::Options options = Options(learner->address());
+  options.drain_timeout = absl::Hours(1);
+  Start(options);
   for (int64_t id : {1, 2}) learner->Add(id);
   engine_.WaitUntilHeld(2);
   learner.reset();
-  // Orders 1 and 2 would last for ever, longer than drain_timeout.
   Learner other(folder_.Address("l"));
   other.dispatcher().Refuse(absl::UnavailableError("not yet"));
+  other.dispatcher().WaitForRegistered(1);
 
+  // Though orders 1 and 2 still run.
   EXPECT_THAT(StopAndEnd(), IsOk());
 }
 
