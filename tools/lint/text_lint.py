@@ -22,6 +22,7 @@ _MAX_LINES = 400
 # Longer files, and why.
 _LONG_FILES = {
     "actor/rollout_test.cc": "one rig, the whole contract of a rollout",
+    "actor/service/actor_test.cc": "one rig, the whole life of an actor",
     "learner/dispatcher/dispatcher.cc": "one state machine",
     "learner/ppo/ppo_learner_test.cc": "one rig, the whole contract of PPO",
 }
