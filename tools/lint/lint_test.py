@@ -122,6 +122,13 @@ class DependencyLaw(unittest.TestCase):
                       ' + select({"//x:y": ["//learner"]}))\n',
         }))
 
+    def test_reads_named_lists(self):
+        self.assertIn("not below", self.only_error({
+            "learner": library("learner", []),
+            "common": '_DEPS = ["//learner"]\n'
+                      'sinew_cc_library(name = "c", deps = _DEPS + [])\n',
+        }))
+
     def test_wants_a_layer_for_every_folder(self):
         self.assertIn("found a new one", self.only_error({
             "extras": library("extras", []),
