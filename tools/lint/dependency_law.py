@@ -13,6 +13,8 @@ A target may depend on lower layers and within its own folder. Beyond that:
     their fakes there;
   - a client depends on layers 0 and 1 only, never on another client;
   - of sim, learner may use sim/motion alone;
+  - tests and fakes of a role may use the fakes that another role ships in a
+    folder named testing;
   - libtorch is named in learner/ alone, and nothing below layer 5 but learner/
     reaches it;
   - deploy/runtime reaches neither libtorch nor gRPC;
@@ -85,6 +87,9 @@ def edge_error(target, dependency):
     if own_folder == "learner" and 2 <= its_layer < 3 and \
             its_folder != "sim/motion":
         return "of sim, learner may use sim/motion alone"
+    if target.testonly and its_layer == own_layer == 4 and \
+            package.endswith("/testing"):
+        return ""
     if its_layer >= own_layer:
         return f"{its_folder} is not below {own_folder}"
     return ""
