@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <mujoco/mjxmacro.h>
 
 #include <algorithm>
 #include <atomic>
@@ -10,6 +11,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "actor/testing/rollout_rig.h"
@@ -55,19 +57,29 @@ TEST(TrainRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
   EXPECT_EQ(Bytes(rig.Run(order)), first);
 }
 
+// Fills every array of numbers that MuJoCo's data has with nonsense.
+void Scribble(const mjModel* model, const mjData& data) {
+#undef MJ_M  // of mjxmacro.h: sizes as they are named
+#define MJ_M(field) model->field
+#define X(type, name, rows, columns)                                       \
+  if constexpr (std::is_same_v<type, mjtNum>) {                            \
+    std::memset(data.name, 0x7f, sizeof(type) * model->rows * (columns));  \
+  }
+#define XNV X
+  MJDATA_POINTERS
+#undef XNV
+#undef X
+#undef MJ_M
+}
+
 TEST(TrainRollout, GivesTheSameBytesAfterItsDataWasScribbledOver) {
   RolloutRig rig;
   const v1::Order order = rig.TrainOrder(3, 20);
   const std::string clean = Bytes(rig.Run(order));
   const mjModel* model = rig.assets->task().character().model();
-  rig.worker->SetFrameObserver([&](int, int, const mjData& data) {
-    std::memset(data.xpos, 0x7f, sizeof(mjtNum) * 3 * model->nbody);
-    std::memset(data.cvel, 0x7f, sizeof(mjtNum) * 6 * model->nbody);
-    std::memset(data.qacc, 0x7f, sizeof(mjtNum) * model->nv);
-    std::memset(data.qacc_warmstart, 0x7f, sizeof(mjtNum) * model->nv);
-    std::memset(data.qfrc_applied, 0x7f, sizeof(mjtNum) * model->nv);
-  });
-  rig.Run(rig.EvaluationOrder({{1, 0, 5}}));  // scribbles
+  rig.worker->SetFrameObserver(
+      [&](int, int, const mjData& data) { Scribble(model, data); });
+  rig.Run(rig.EvaluationOrder({{1, 0, 5}}));
 
   EXPECT_EQ(Bytes(rig.Run(order)), clean);
 }

@@ -7,7 +7,9 @@
 
 #include "actor/zero_action.h"
 #include "common/check.h"
+#include "common/config/recipe.h"
 #include "common/digest.h"
+#include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
 #include "sim/world/testing/toy_world.h"
@@ -35,6 +37,18 @@ T ValueOrDie(absl::StatusOr<T> value) {
   return *std::move(value);
 }
 
+std::map<std::string, std::string> AssetBytes(
+    const world::testing::ToyWorld& toy) {
+  const auto read = [&](const std::string& name) {
+    return ValueOrDie(ReadFile(JoinPath(toy.library_folder, name)));
+  };
+  return {{"character", toy.character->character_text()},
+          {"model", toy.character->model_binary()},
+          {"library", read("manifest.json")},
+          {"frames", read("frames.safetensors")},
+          {"recipe", PrintRecipe(toy.recipe)}};
+}
+
 }  // namespace
 
 int64_t Allocations() { return allocations; }
@@ -42,6 +56,7 @@ int64_t Allocations() { return allocations; }
 RolloutRig::RolloutRig() {
   const v1::Recipe recipe = world::testing::ToyRecipe();
   world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  asset_bytes = AssetBytes(toy);
   assets = ValueOrDie(RolloutAssets::FromParts(
       toy.recipe, std::move(toy.character), std::move(toy.library)));
   policy::TrackingPolicyOptions options;

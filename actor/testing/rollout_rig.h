@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct RolloutRig {
 
   const double std = 0.25;
   std::shared_ptr<const RolloutAssets> assets;
+  // The same by role, as actors fetch them.
+  std::map<std::string, std::string> asset_bytes;
   v1::Snapshot message;
   std::shared_ptr<const PreparedSnapshot> snapshot;
   std::unique_ptr<RolloutWorker> worker;

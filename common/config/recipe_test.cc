@@ -104,7 +104,18 @@ TEST(Recipe, NamesFileLineAndUnknownField) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("my.textproto:2:"),
                              HasSubstr("\"sinew.v1.Ppo\" has no field named "
-                                       "\"epoch\""))));
+                                       "\"epoch\""),
+                             HasSubstr("The nearest is \"epochs\""))));
+}
+
+TEST(Recipe, NamesFileLineAndAValueOfTheWrongType) {
+  EXPECT_THAT(ParseRecipe("ppo {\n  epochs: \"two\"\n}", "my.textproto"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("my.textproto:2:"),
+                             HasSubstr("Expected integer, got: \"two\""))));
+  EXPECT_THAT(ParseRecipe("device: 3", "my.textproto"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("my.textproto:1:")));
 }
 
 struct Violation {

@@ -39,7 +39,7 @@ TEST(ParseTextProto, NamesFileLineColumnAndUnknownField) {
       Parse("name: \"walk\"\nppo {\n  epoch: 3\n}\n"),
       StatusIs(absl::StatusCode::kInvalidArgument,
                "walk.textproto:3:8: Message type \"sinew.v1.Ppo\" has no field "
-               "named \"epoch\". in: epoch: 3"));
+               "named \"epoch\". The nearest is \"epochs\" in: epoch: 3"));
 }
 
 TEST(ParseTextProto, ShowsTheFieldOfAValueOfTheWrongType) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/policy/graph_error.h"
 #include "common/policy/orthogonal.h"
 #include "common/policy/validate.h"
 #include "common/random/philox.h"
@@ -18,10 +19,7 @@
 namespace sinew::policy {
 namespace {
 
-template <typename... Parts>
-absl::Status Bad(const Parts&... parts) {
-  return absl::InvalidArgumentError(absl::StrCat(parts...));
-}
+using internal::Bad;
 
 absl::StatusOr<v1::Op> ActivationOp(v1::Network::Activation activation) {
   switch (activation) {
@@ -44,11 +42,16 @@ absl::Status CheckPositive(absl::string_view name, double value) {
   return Bad(name, ": expected > 0, found ", value);
 }
 
+absl::Status CheckWidth(absl::string_view name, int64_t width) {
+  if (width >= 1) return absl::OkStatus();
+  return Bad(name, ": expected >= 1, found ", width);
+}
+
 absl::Status CheckOptions(const TrackingPolicyOptions& options) {
   const v1::Network& network = options.network;
   SINEW_RETURN_IF_ERROR(
-      CheckPositive("observation_width", options.observation_width));
-  SINEW_RETURN_IF_ERROR(CheckPositive("action_width", options.action_width));
+      CheckWidth("observation_width", options.observation_width));
+  SINEW_RETURN_IF_ERROR(CheckWidth("action_width", options.action_width));
   SINEW_RETURN_IF_ERROR(
       CheckPositive("network.observation_clip", network.observation_clip()));
   SINEW_RETURN_IF_ERROR(
@@ -56,10 +59,10 @@ absl::Status CheckOptions(const TrackingPolicyOptions& options) {
   SINEW_RETURN_IF_ERROR(
       CheckPositive("network.last_layer_gain", network.last_layer_gain()));
   for (const int32_t width : network.policy_hidden()) {
-    SINEW_RETURN_IF_ERROR(CheckPositive("network.policy_hidden", width));
+    SINEW_RETURN_IF_ERROR(CheckWidth("network.policy_hidden", width));
   }
   for (const int32_t width : network.value_hidden()) {
-    SINEW_RETURN_IF_ERROR(CheckPositive("network.value_hidden", width));
+    SINEW_RETURN_IF_ERROR(CheckWidth("network.value_hidden", width));
   }
   return ActivationOp(network.activation()).status();
 }

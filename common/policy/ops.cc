@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
+#include "common/policy/graph_error.h"
 #include "common/status_macros.h"
 
 namespace sinew::policy {
@@ -14,10 +15,7 @@ namespace {
 
 using Shape = std::vector<int64_t>;
 
-template <typename... Parts>
-absl::Status Bad(const Parts&... parts) {
-  return absl::InvalidArgumentError(absl::StrCat(parts...));
-}
+using internal::Bad;
 
 std::string Text(const Shape& shape) {
   return absl::StrCat("[", absl::StrJoin(shape, ", "), "]");

@@ -35,13 +35,15 @@ TEST(Address, KnowsWhatStaysOnTheMachine) {
 
 TEST(Address, RefusesWhatItCannotReachByName) {
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
-  EXPECT_THAT(ParseAddress("learner"), StatusIs(kInvalid, HasSubstr("no port")));
+  EXPECT_THAT(ParseAddress("learner"),
+              StatusIs(kInvalid, HasSubstr("no port")));
   EXPECT_THAT(ParseAddress(":1"),
               StatusIs(kInvalid, HasSubstr("host is empty")));
   EXPECT_THAT(ParseAddress("h:70000"),
               StatusIs(kInvalid, HasSubstr("found \"70000\"")));
   EXPECT_THAT(ParseAddress("h:x"), StatusIs(kInvalid, HasSubstr("\"h:x\"")));
-  EXPECT_THAT(ParseAddress("::1:80"), StatusIs(kInvalid, HasSubstr("brackets")));
+  EXPECT_THAT(ParseAddress("::1:80"),
+              StatusIs(kInvalid, HasSubstr("brackets")));
   EXPECT_THAT(ParseAddress("unix:"), StatusIs(kInvalid, HasSubstr("empty")));
 }
 

@@ -76,7 +76,8 @@ TEST(ChunkAssembler, RefusesSizesBeforeItAllocates) {
 TEST(ChunkAssembler, RefusesBytesThatWereNotDeclared) {
   ChunkAssembler payload(/*max_bytes=*/10);
 
-  EXPECT_THAT(payload.Append("x"), StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(payload.Append("x"),
+              StatusIs(absl::StatusCode::kInvalidArgument));
   ASSERT_THAT(payload.Begin(2), IsOk());
   EXPECT_THAT(payload.Append("xyz"),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -77,7 +77,8 @@ std::string DifferenceOf(const google::protobuf::Message& actual,
                          const google::protobuf::Message& expected);
 
 // Parses `text` into `message`; a test failure if that is impossible.
-void ParseTextOrFail(absl::string_view text, google::protobuf::Message& message);
+void ParseTextOrFail(absl::string_view text,
+                     google::protobuf::Message& message);
 
 }  // namespace internal
 

@@ -2,6 +2,7 @@
 #define SINEW_DEPLOY_BUNDLE_BUNDLE_H_
 
 #include <map>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
@@ -9,6 +10,8 @@
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/graph.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "sim/character/character.h"
 
 namespace sinew::bundle {
 
@@ -21,12 +24,15 @@ namespace sinew::bundle {
 //                            data point into weights.safetensors
 //   character/               character.textproto, its MJCF and meshes
 //
-// The manifest names every other file with its SHA-256.
+// The manifest names every other file with its SHA-256, and its own.
 struct Bundle {
   std::string directory;
   v1::BundleManifest manifest;
   v1::PolicyGraph graph;
   TensorMap weights;
+  // Compiled with the manifest's physics. Shared, since it is immutable and
+  // bundles are copied.
+  std::shared_ptr<const character::Character> character;
 
   // Path of the character's text proto, for character::Character::Load.
   std::string character_file() const {
@@ -34,15 +40,17 @@ struct Bundle {
   }
 };
 
-// Reads and checks a bundle: version, digest of every file, graph and weights
-// that fit each other and the manifest, finite numbers. Blocks on the disk.
-// NOT_FOUND (no such folder or file), INVALID_ARGUMENT or DATA_LOSS name file,
-// expected and found; nothing of a faulty bundle is returned.
+// Reads and checks a bundle: version, digest of every file, graph, weights,
+// character and manifest that fit each other (joint order, gains, bodies,
+// widths), finite numbers. Blocks on the disk. NOT_FOUND (no such folder or
+// file), INVALID_ARGUMENT or DATA_LOSS name file, expected and found; nothing
+// of a faulty bundle is returned.
 absl::StatusOr<Bundle> ReadBundle(const std::string& directory);
 
 // What a bundle is made of.
 struct BundleContent {
-  // `files`, `graphs` and `format_version` are filled in by WriteBundle.
+  // `files`, `graphs`, `format_version` and `manifest_sha256` are filled in by
+  // WriteBundle.
   v1::BundleManifest manifest;
   v1::PolicyGraph graph;
   TensorMap weights;
@@ -50,11 +58,16 @@ struct BundleContent {
   std::map<std::string, std::string> character_files;
 };
 
-// Writes a bundle into a folder beside `directory` and renames it into place:
-// a crash leaves the old one or the new one. INVALID_ARGUMENT: content that
-// ReadBundle would refuse; RESOURCE_EXHAUSTED: disk full, the old one stays.
+// Writes a bundle into a folder beside `directory` (`directory`.part) and
+// renames it into place: a crash leaves the old one or the new one. One writer
+// per directory. INVALID_ARGUMENT: content that ReadBundle would refuse;
+// RESOURCE_EXHAUSTED: disk full, the old one stays.
 absl::Status WriteBundle(const BundleContent& content,
                          const std::string& directory);
+
+// The recipe that a bundle was trained with, as far as acting and evaluating
+// need it (physics, task), defaults filled: for world::TrackingTask::Create.
+v1::Recipe TaskRecipe(const v1::BundleManifest& manifest);
 
 }  // namespace sinew::bundle
 

@@ -116,12 +116,13 @@ void Curriculum::Record(absl::Span<const v1::EpisodeEnd> episodes,
     begun.set_mean_body_distance(
         begun.visits() == 0
             ? episode.mean_body_distance()
-            : old_mean + kErrorRate * (episode.mean_body_distance() - old_mean));
+            : old_mean +
+                  kErrorRate * (episode.mean_body_distance() - old_mean));
     begun.set_visits(begun.visits() + 1);
     begun.set_last_seen(iteration);
     if (episode.reason() == v1::EpisodeEnd::REASON_TERMINATED) {
-      auto& failed =
-          BinAt(episode.clip(), int64_t{episode.start_frame()} + episode.steps());
+      auto& failed = BinAt(episode.clip(),
+                           int64_t{episode.start_frame()} + episode.steps());
       failed.set_failures(failed.failures() + 1);
     }
   }

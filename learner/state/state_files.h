@@ -1,37 +1,28 @@
 #ifndef SINEW_LEARNER_STATE_STATE_FILES_H_
 #define SINEW_LEARNER_STATE_STATE_FILES_H_
 
-#include <string>
-
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "deploy/checkpoint/client/artifact_store.h"
 #include "learner/trainer/trainer.h"
 
 namespace sinew::learner {
 
-// Training states in a folder, one sub-folder each:
+// A training state as the files of an artifact, and back:
 //
-//   state-00000120/state.pb             v1::TrainingState
-//   state-00000120/tensors.safetensors  weights, moments, normaliser
-//   state-00000120/snapshot-N           bytes of the snapshots it names
-//   state-00000120/DIGESTS              "sha256  file" lines, written last
+//   state.pb             v1::TrainingState
+//   tensors.safetensors  weights, moments, normaliser
+//   snapshot-VERSION     bytes of each snapshot that state.pb names
 //
-// A folder without DIGESTS, or whose files do not match it, is no state: a kill
-// at any point leaves the states that were there before. A state that is there
-// is never written over.
+// Each file is a blob, so what two states share is stored once. Other files
+// are left alone: replay contents, once they are saved, come as chunks beside
+// these.
 //
-// Thread-safety: one caller per folder. Blocking: on the disk.
-
-// Writes a state and then removes the oldest beyond `keep` (>= 1) whole ones,
-// and broken ones older than it. RESOURCE_EXHAUSTED when the disk is full: what
-// was there stays.
-absl::Status SaveState(const std::string& folder, const Trainer::State& state,
-                       int keep);
-
-// The newest whole state. NOT_FOUND if there is none; broken ones are passed
-// over and named in `warnings` (file, expected and found digest).
-absl::StatusOr<Trainer::State> LoadLatestState(
-    const std::string& folder, std::vector<std::string>* warnings);
+// Pure functions. StateFromFiles: DATA_LOSS naming the file that is missing,
+// does not parse, holds numbers that are not finite, or has another digest
+// than state.pb says.
+checkpoint::ArtifactFiles StateToFiles(const Trainer::State& state);
+absl::StatusOr<Trainer::State> StateFromFiles(
+    const checkpoint::ArtifactFiles& files);
 
 }  // namespace sinew::learner
 

@@ -3,95 +3,88 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <memory>
+
 #include "common/digest.h"
-#include "common/files.h"
+#include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
+#include "learner/state/testing/make_state.h"
 
 namespace sinew::learner {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Key;
 
-Trainer::State MakeState(int64_t iteration) {
-  Trainer::State state;
-  state.counters.set_iteration(iteration);
-  state.counters.set_samples(100 * iteration);
-  auto& reference = *state.counters.add_snapshots();
-  reference.set_version(iteration);
-  state.snapshots.push_back("snapshot bytes");
-  reference.set_sha256(Sha256Hex(state.snapshots.back()));
-  state.tensors["weight"] = HostTensor::Zeros({2, 3});
-  return state;
+Blob MakeBlob(const std::string& bytes) {
+  return std::make_shared<const std::string>(bytes);
 }
 
-std::string Folder() {
-  return JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
+TEST(StateFiles, HoldTheWholeState) {
+  const Trainer::State state = MakeState(40);
+
+  const auto files = StateToFiles(state);
+  const auto back = StateFromFiles(files);
+
+  EXPECT_THAT(files, ElementsAre(Key("snapshot-40"), Key("state.pb"),
+                                 Key("tensors.safetensors")));
+  ASSERT_THAT(back, IsOk());
+  EXPECT_THAT(back->counters, EqualsProto(state.counters));
+  EXPECT_EQ(back->snapshots, state.snapshots);
+  ASSERT_TRUE(back->tensors.contains("weight"));
+  EXPECT_EQ(back->tensors.at("weight").data, state.tensors.at("weight").data);
+  EXPECT_EQ(back->tensors.at("weight").shape, state.tensors.at("weight").shape);
 }
 
-TEST(StateFiles, ReturnTheNewestState) {
-  ASSERT_THAT(SaveState(Folder(), MakeState(20), 3), IsOk());
-  ASSERT_THAT(SaveState(Folder(), MakeState(40), 3), IsOk());
-  std::vector<std::string> warnings;
+TEST(StateFiles, HaveTheSameBytesForTheSameState) {
+  const auto one = StateToFiles(MakeState(3));
+  const auto two = StateToFiles(MakeState(3));
 
-  auto state = LoadLatestState(Folder(), &warnings);
-
-  ASSERT_THAT(state, IsOk());
-  EXPECT_EQ(state->counters.iteration(), 40);
-  EXPECT_EQ(state->tensors.at("weight").shape, (std::vector<int64_t>{2, 3}));
-  EXPECT_THAT(state->snapshots, ElementsAre("snapshot bytes"));
-  EXPECT_THAT(warnings, IsEmpty());
+  for (const auto& [path, blob] : one) EXPECT_EQ(*blob, *two.at(path)) << path;
 }
 
-TEST(StateFiles, KeepAsManyAsAsked) {
-  for (int iteration : {1, 2, 3, 4}) {
-    ASSERT_THAT(SaveState(Folder(), MakeState(iteration), 2), IsOk());
+TEST(StateFiles, NameTheFileThatIsMissing) {
+  for (const std::string path :
+       {"state.pb", "tensors.safetensors", "snapshot-5"}) {
+    auto files = StateToFiles(MakeState(5));
+    files.erase(path);
+
+    EXPECT_THAT(StateFromFiles(files),
+                StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)));
   }
-
-  EXPECT_THAT(*ListDirectory(Folder()),
-              ElementsAre("state-00000003", "state-00000004"));
 }
 
-TEST(StateFiles, FallBackToTheOlderStateWhenTheNewerIsDamaged) {
-  ASSERT_THAT(SaveState(Folder(), MakeState(1), 3), IsOk());
-  ASSERT_THAT(SaveState(Folder(), MakeState(2), 3), IsOk());
-  const std::string file =
-      JoinPath(Folder(), "state-00000002/tensors.safetensors");
-  std::string bytes = *ReadFile(file);
-  bytes.back() ^= 1;
-  ASSERT_THAT(WriteFileAtomically(file, bytes), IsOk());
-  std::vector<std::string> warnings;
+TEST(StateFiles, RefuseWhatIsNoTrainingState) {
+  auto files = StateToFiles(MakeState(5));
+  files["state.pb"] = MakeBlob("\xff\xff");
 
-  auto state = LoadLatestState(Folder(), &warnings);
-
-  ASSERT_THAT(state, IsOk());
-  EXPECT_EQ(state->counters.iteration(), 1);
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("expected SHA-256")));
+  EXPECT_THAT(StateFromFiles(files),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("state.pb")));
 }
 
-TEST(StateFiles, PassOverAStateWhoseWritingWasCutShort) {
-  ASSERT_THAT(SaveState(Folder(), MakeState(1), 3), IsOk());
-  const std::string cut = JoinPath(Folder(), "state-00000002");
-  ASSERT_THAT(MakeDirectories(cut), IsOk());
-  ASSERT_THAT(WriteFileAtomically(JoinPath(cut, "state.pb"), "half"), IsOk());
-  std::vector<std::string> warnings;
+TEST(StateFiles, RefuseNumbersThatAreNotFinite) {
+  Trainer::State state = MakeState(5);
+  state.tensors.at("weight").mutable_float32()[1] =
+      std::numeric_limits<float>::quiet_NaN();
 
-  auto state = LoadLatestState(Folder(), &warnings);
-
-  ASSERT_THAT(state, IsOk());
-  EXPECT_EQ(state->counters.iteration(), 1);
+  EXPECT_THAT(StateFromFiles(StateToFiles(state)),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("weight")));
 }
 
-TEST(StateFiles, SayWhenThereIsNone) {
-  std::vector<std::string> warnings;
+TEST(StateFiles, RefuseASnapshotOfAnotherDigest) {
+  auto files = StateToFiles(MakeState(5));
+  files["snapshot-5"] = MakeBlob("another");
 
-  EXPECT_THAT(LoadLatestState(Folder(), &warnings),
-              StatusIs(absl::StatusCode::kNotFound, HasSubstr(Folder())));
+  EXPECT_THAT(StateFromFiles(files),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       AllOf(HasSubstr("snapshot-5: expected SHA-256"),
+                             HasSubstr(Sha256Hex("another")))));
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ namespace sinew::replay {
 class SegmentStream {
  public:
   // `peer` says who it is in errors, e.g. "replay unix:/run/r.sock". The whole
-  // stream lasts at most `timeout` (DEADLINE_EXCEEDED); infinite for an actor's,
-  // which watches over progress itself.
+  // stream lasts at most `timeout` (DEADLINE_EXCEEDED); infinite for an
+  // actor's, which watches over progress itself.
   SegmentStream(std::shared_ptr<grpc::Channel> channel, std::string peer,
                 absl::Duration timeout);
   // Cancels.

@@ -51,6 +51,10 @@ std::vector<std::string> EnvironmentFolders() {
                         absl::SkipEmpty());
 }
 
+std::string FolderOf(const std::string& path) {
+  return std::filesystem::path(path).parent_path().string();
+}
+
 std::vector<std::string> SearchFolders() {
   std::vector<std::string> folders = EnvironmentFolders();
   for (const std::string& root : WorkspaceRoots()) {
@@ -84,6 +88,7 @@ absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
   if (absl::StartsWith(model_file, "@")) {
     const std::string in_runfiles =
         absl::StrReplaceAll(model_file.substr(1), {{"//", "/"}});
+    tried.push_back(JoinPath(FolderOf(character_path), in_runfiles));
     for (const std::string& folder : EnvironmentFolders()) {
       tried.push_back(JoinPath(folder, in_runfiles));
     }
@@ -93,9 +98,7 @@ absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
       tried.push_back(JoinPath(JoinPath(root, ".."), in_runfiles));
     }
   } else {
-    tried.push_back(
-        JoinPath(std::filesystem::path(character_path).parent_path().string(),
-                 model_file));
+    tried.push_back(JoinPath(FolderOf(character_path), model_file));
   }
   for (const std::string& path : tried) {
     if (FileExists(path)) return path;

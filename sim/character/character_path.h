@@ -16,7 +16,8 @@ absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path);
 
 // The MJCF that a character names: a path relative to its text proto, or
 // "@REPOSITORY//PATH" for a file that the build fetches, looked for as
-// REPOSITORY/PATH in the folders of $SINEW_CHARACTERS and in the runfiles.
+// REPOSITORY/PATH beside the text proto (as in bundles), in the folders of
+// $SINEW_CHARACTERS and in the runfiles.
 // NOT_FOUND lists where was looked.
 absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
                                           const std::string& model_file);

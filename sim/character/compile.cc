@@ -73,12 +73,11 @@ void DeleteAll(mjSpec* spec, mjtObj type) {
   }
 }
 
-void Strip(mjSpec* spec, Purpose purpose) {
-  for (mjtObj type :
-       {mjOBJ_ACTUATOR, mjOBJ_SENSOR, mjOBJ_KEY, mjOBJ_PAIR, mjOBJ_CAMERA}) {
+void Strip(mjSpec* spec) {
+  for (mjtObj type : {mjOBJ_ACTUATOR, mjOBJ_SENSOR, mjOBJ_KEY, mjOBJ_PAIR,
+                      mjOBJ_CAMERA, mjOBJ_LIGHT}) {
     DeleteAll(spec, type);
   }
-  if (purpose == Purpose::kPhysics) DeleteAll(spec, mjOBJ_LIGHT);
 }
 
 absl::Status SetJoints(const std::string& path, const v1::Character& character,
@@ -218,7 +217,7 @@ absl::StatusOr<ModelPtr> CompileModel(const std::string& path,
   const v1::Physics settings = WithDefaults(physics);
   SINEW_RETURN_IF_ERROR(Validate(settings));
   SINEW_ASSIGN_OR_RETURN(SpecPtr spec, Parse(path));
-  Strip(spec.get(), purpose);
+  Strip(spec.get());
   SINEW_RETURN_IF_ERROR(SetJoints(path, character, spec.get()));
   SetContacts(settings, spec.get());
   SetOptions(settings, &spec->option);

@@ -11,13 +11,14 @@
 namespace sinew::character {
 
 // What a compiled model is for: stepping, without anything that physics does
-// not need (visual geoms and their meshes, cameras, lights), or pictures, with
-// all of it, a patterned floor, a sky and a lamp. Both have the same bodies,
-// joints and qpos.
+// not need (visual geoms and their meshes), or pictures, with all of it, a
+// patterned floor, a sky and a lamp. Both have the same bodies, joints and
+// qpos.
 enum class Purpose { kPhysics, kPictures };
 
 // Compiles the MJCF at `path` as a body to be simulated:
-//   - actuators, sensors, keyframes and explicit contact pairs are removed;
+//   - actuators, sensors, keyframes, cameras, lights and explicit contact pairs
+//     are removed;
 //   - the hinges of `character` get its damping (MuJoCo's Euler integrator
 //     treats it implicitly) and, where set, its armature;
 //   - geoms of the body touch geoms of the world only; with self_collision

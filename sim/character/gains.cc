@@ -48,7 +48,11 @@ double LoadBeyond(const mjModel& model, const mjData& data, int body) {
 
 }  // namespace
 
-GainRule HumanoidGainRule() { return GainRule(); }
+GainRule HumanoidGainRule() {
+  GainRule rule;
+  rule.damping_ratio = 0.5;
+  return rule;
+}
 
 GainRule G1GainRule() {
   return {.inertia = GainRule::Inertia::kArmature,

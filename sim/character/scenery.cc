@@ -10,11 +10,13 @@ using Colour = std::array<double, 3>;
 
 constexpr Colour kZenith = {0.93, 0.95, 0.98};
 constexpr Colour kHorizon = {0.99, 0.99, 0.99};
-constexpr Colour kTile = {0.88, 0.89, 0.90};
-constexpr Colour kOtherTile = {0.80, 0.82, 0.84};
+constexpr Colour kTile = {0.96, 0.97, 0.98};
+constexpr Colour kOtherTile = {0.88, 0.90, 0.92};
 // One pattern of two by two tiles is two metres wide.
 constexpr float kRepeatsPerMetre = 0.5f;
-constexpr int kTexturePixels = 512;
+constexpr int kTexturePixels = 64;
+// Width of the map of shadows: software draws all of it for each picture.
+constexpr int kShadowPixels = 1024;
 
 template <typename T>
 void Set(const Colour& colour, T* rgb) {
@@ -61,7 +63,7 @@ void AddLamp(mjsBody* world) {
   std::copy(direction, direction + 3, lamp->dir);
   for (int i = 0; i < 3; ++i) {
     lamp->ambient[i] = 0;
-    lamp->diffuse[i] = 0.5f;
+    lamp->diffuse[i] = 0.55f;
     lamp->specular[i] = 0.1f;
   }
 }
@@ -77,15 +79,17 @@ void AddScenery(mjSpec* spec) {
     mjsGeom* geom = mjs_asGeom(element);
     if (geom->type != mjGEOM_PLANE) continue;
     mjs_setString(geom->material, "sinew_floor");
+    // Not the colour that the model's defaults give to limbs.
+    std::fill(geom->rgba, geom->rgba + 4, 1.0f);
+    // A floor in its own shadow map speckles.
+    geom->castshadow = 0;
     break;
   }
   AddLamp(world);
-  spec->visual.global.offwidth = 2560;
-  spec->visual.global.offheight = 1440;
-  spec->visual.quality.shadowsize = 4096;
+  spec->visual.quality.shadowsize = kShadowPixels;
   for (int i = 0; i < 3; ++i) {
-    spec->visual.headlight.ambient[i] = 0.4f;
-    spec->visual.headlight.diffuse[i] = 0.4f;
+    spec->visual.headlight.ambient[i] = 0.45f;
+    spec->visual.headlight.diffuse[i] = 0.2f;
     spec->visual.headlight.specular[i] = 0;
   }
 }

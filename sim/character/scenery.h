@@ -6,8 +6,8 @@
 namespace sinew::character {
 
 // Gives a model what pictures need: a checkered material for its floor (the
-// first plane of the world, which must exist), a pale sky and one lamp from
-// above that follows the root. Physics is not changed.
+// first plane of the world, which must exist), a pale sky and, instead of its
+// own lights, one lamp from above. Physics is not changed.
 void AddScenery(mjSpec* spec);
 
 }  // namespace sinew::character

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/motion/rotation.h"
+
 namespace sinew::import {
 namespace {
 
@@ -36,53 +38,146 @@ MatrixXd EdgeForces(const Dynamics& dynamics,
   return forces;
 }
 
-VectorXd Weights(const ImportModel& model, double joint_weight) {
-  VectorXd weights = VectorXd::Zero(model.model->nv);
-  weights.head<6>() = RootWeights(model);
-  for (const ImportJoint& joint : model.joints) {
-    weights[joint.dof_address] = joint_weight / joint.torque_limit;
+// Solution of: minimise |b - A x|^2 + c^2 |x|^2 over x >= 0.
+struct NonNegative {
+  VectorXd x;
+  VectorXd remainder;  // r = b - A x
+  MatrixXd change;     // derivative of r by b
+};
+
+// By its dual. Optimal are exactly x = max(0, A' r) / c^2 with r = b - A x, so r
+// minimises the convex
+//   f(r) = |r|^2 / 2 + |max(0, A' r)|^2 / 2 c^2 - b' r,
+// piecewise quadratic and of few unknowns however many columns A has: Newton's
+// method with step halving ends after a few pieces.
+class DualNewton {
+ public:
+  DualNewton(const MatrixXd& columns, const VectorXd& target, double cost)
+      : columns_(columns), target_(target), scale_(1 / (cost * cost)) {}
+
+  NonNegative Solve() const {
+    constexpr int kIterations = 100;
+    VectorXd r = target_;
+    for (int i = 0; i < kIterations; ++i) {
+      const VectorXd gradient = Gradient(r);
+      if (gradient.norm() <= 1e-12 * (1 + target_.norm())) break;
+      const VectorXd step = -Hessian(r).llt().solve(gradient);
+      const double value = Value(r);
+      const double slope = gradient.dot(step);
+      double length = 1;
+      while (length > 1e-9 &&
+             Value(r + length * step) > value + 1e-4 * length * slope) {
+        length /= 2;
+      }
+      r += length * step;
+    }
+    NonNegative solution;
+    solution.x = scale_ * (columns_.transpose() * r).cwiseMax(0.0);
+    solution.remainder = target_ - columns_ * solution.x;
+    const auto n = target_.size();
+    solution.change = Hessian(r).llt().solve(MatrixXd::Identity(n, n));
+    return solution;
   }
-  return weights;
+
+ private:
+  double Value(const VectorXd& r) const {
+    return r.squaredNorm() / 2 - target_.dot(r) +
+           scale_ / 2 * (columns_.transpose() * r).cwiseMax(0.0).squaredNorm();
+  }
+  VectorXd Gradient(const VectorXd& r) const {
+    return r - target_ +
+           scale_ * (columns_ * (columns_.transpose() * r).cwiseMax(0.0));
+  }
+  MatrixXd Hessian(const VectorXd& r) const {
+    const VectorXd pushes = columns_.transpose() * r;
+    const auto n = target_.size();
+    MatrixXd hessian = MatrixXd::Identity(n, n);
+    for (int i = 0; i < pushes.size(); ++i) {
+      if (pushes[i] <= 0) continue;
+      hessian += scale_ * columns_.col(i) * columns_.col(i).transpose();
+    }
+    return hessian;
+  }
+
+  const MatrixXd& columns_;
+  const VectorXd& target_;
+  const double scale_;
+};
+
+// One coordinate of the pose as a motion of the world: along `axis`, or about
+// it through `anchor`.
+struct Screw {
+  bool turns;
+  Vector3d axis;
+  Vector3d anchor;
+
+  Vector3d Move(const Vector3d& point) const {
+    return turns ? axis.cross(point - anchor).eval() : axis;
+  }
+};
+
+Screw MakeScrew(const Dynamics& dynamics, int dof) {
+  const mjData& data = dynamics.data();
+  const int joint = dynamics.model().dof_jntid[dof];
+  if (dof < 3) return {false, Vector3d::Unit(dof), Vector3d::Zero()};
+  if (dof < 6) {
+    const int root = dynamics.model().jnt_bodyid[joint];
+    return {true,
+            motion::FromWxyz(data.xquat + 4 * root) * Vector3d::Unit(dof - 3),
+            Eigen::Map<const Vector3d>(data.xpos + 3 * root)};
+  }
+  return {true, Eigen::Map<const Vector3d>(data.xaxis + 3 * joint),
+          Eigen::Map<const Vector3d>(data.xanchor + 3 * joint)};
 }
 
-// Minimises x' H x / 2 + g' x over x >= 0.
-VectorXd SolveNonNegative(const MatrixXd& hessian, const VectorXd& gradient) {
-  const int n = static_cast<int>(gradient.size());
-  const VectorXd lower = VectorXd::Zero(n);
-  const VectorXd upper = VectorXd::Constant(n, 1e3);
-  VectorXd x = VectorXd::Zero(n);
-  std::vector<double> factor(static_cast<size_t>(n) * (n + 7));
-  std::vector<int> index(n);
-  // A failed line search leaves the best point so far, which is feasible.
-  mju_boxQP(x.data(), factor.data(), index.data(), hessian.data(),
-            gradient.data(), n, lower.data(), upper.data());
-  return x.cwiseMax(0.0);
-}
-
-// I - A (A' A + R)^-1 A' over the columns whose force is not zero: the root
-// rows' part of what forces cannot follow.
-Eigen::Matrix<double, 6, 6> Sensitivity(const MatrixXd& root_columns,
-                                        const VectorXd& x) {
-  std::vector<int> free;
-  for (int i = 0; i < x.size(); ++i) {
-    if (x[i] > 1e-9) free.push_back(i);
+// Coordinate j's force is axis_j . ((p - anchor_j) x f), or axis_j . f; what
+// lies between the root and j moves its axis and anchor, what lies between the
+// root and the contact moves p. The root's three turns move each other's axes.
+void AddForceDerivative(const Dynamics& dynamics, const ContactForce& contact,
+                        MatrixXd* derivative) {
+  const mjModel& model = dynamics.model();
+  const GroundPoint& point =
+      dynamics.import_model().points[contact.contact.point];
+  const Vector3d& f = contact.force;
+  const Vector3d p = contact.contact.position;
+  const Vector3d centre = p + Vector3d(0, 0, point.radius);
+  std::vector<int> dofs;
+  std::vector<Screw> screws;
+  int body = point.body;
+  while (model.body_dofnum[body] == 0) body = model.body_parentid[body];
+  for (int dof = model.body_dofadr[body] + model.body_dofnum[body] - 1;
+       dof >= 0; dof = model.dof_parentid[dof]) {
+    dofs.push_back(dof);
+    screws.push_back(MakeScrew(dynamics, dof));
   }
-  Eigen::Matrix<double, 6, 6> sensitivity =
-      Eigen::Matrix<double, 6, 6>::Identity();
-  if (free.empty()) return sensitivity;
-  const MatrixXd columns = root_columns(Eigen::all, free);
-  MatrixXd normal = columns.transpose() * columns;
-  normal.diagonal().array() += kForceCost * kForceCost;
-  sensitivity -= columns * normal.ldlt().solve(columns.transpose());
-  return sensitivity;
+  for (size_t j = 0; j < dofs.size(); ++j) {
+    if (!screws[j].turns) continue;
+    const Vector3d arm = p - screws[j].anchor;
+    for (size_t i = 0; i < dofs.size(); ++i) {
+      const bool carries =
+          dofs[i] < dofs[j] || (dofs[i] < 6 && dofs[j] < 6);
+      Vector3d axis_moves = Vector3d::Zero();
+      Vector3d arm_moves = screws[i].Move(centre);
+      if (carries && screws[i].turns) {
+        axis_moves = screws[i].axis.cross(screws[j].axis);
+      }
+      if (carries) arm_moves -= screws[i].Move(screws[j].anchor);
+      (*derivative)(dofs[j], dofs[i]) +=
+          axis_moves.dot(arm.cross(f)) +
+          screws[j].axis.dot(arm_moves.cross(f));
+    }
+  }
 }
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 1> RootWeights(const ImportModel& model) {
-  Eigen::Matrix<double, 6, 1> weights;
+VectorXd ContactFitWeights(const ImportModel& model, double joint_weight) {
+  VectorXd weights = VectorXd::Zero(model.model->nv);
   weights.head<3>().setConstant(1 / model.weight());
-  weights.tail<3>().setConstant(1 / (model.weight() * kTorqueArm));
+  weights.segment<3>(3).setConstant(1 / (model.weight() * kTorqueArm));
+  for (const ImportJoint& joint : model.joints) {
+    weights[joint.dof_address] = joint_weight / joint.torque_limit;
+  }
   return weights;
 }
 
@@ -101,27 +196,40 @@ ContactFit FitContacts(const Dynamics& dynamics,
                        const std::vector<Contact>& contacts,
                        const VectorXd& required, double joint_weight) {
   const ImportModel& model = dynamics.import_model();
+  const VectorXd weights = ContactFitWeights(model, joint_weight);
+  const VectorXd target = weights.cwiseProduct(required);
   ContactFit fit;
   fit.remainder = required;
-  fit.sensitivity.setIdentity();
+  fit.cost = target.squaredNorm();
+  fit.sensitivity.setIdentity(model.model->nv, model.model->nv);
   if (contacts.empty()) return fit;
-  const VectorXd weights = Weights(model, joint_weight);
   const MatrixXd forces = EdgeForces(dynamics, contacts);
   const MatrixXd columns = weights.asDiagonal() * forces;
-  MatrixXd hessian = columns.transpose() * columns;
-  hessian.diagonal().array() += kForceCost * kForceCost;
-  const VectorXd x = SolveNonNegative(
-      hessian, -columns.transpose() * weights.cwiseProduct(required));
-  fit.remainder -= forces * x;
-  fit.sensitivity = Sensitivity(columns.topRows<6>(), x);
+  const NonNegative solution =
+      DualNewton(columns, target, kForceCost).Solve();
+  fit.remainder -= forces * solution.x;
+  fit.cost = solution.remainder.squaredNorm() +
+             kForceCost * kForceCost * solution.x.squaredNorm();
+  fit.sensitivity = solution.change;
   for (size_t i = 0; i < contacts.size(); ++i) {
     Vector3d force = Vector3d::Zero();
     for (int e = 0; e < kEdges; ++e) {
-      force += model.weight() * x[static_cast<int>(i) * kEdges + e] * Edge(e);
+      force += model.weight() *
+               solution.x[static_cast<int>(i) * kEdges + e] * Edge(e);
     }
     fit.forces.push_back({contacts[i], force});
   }
   return fit;
+}
+
+MatrixXd ContactForceDerivative(const Dynamics& dynamics,
+                                const std::vector<ContactForce>& forces) {
+  const int nv = dynamics.model().nv;
+  MatrixXd derivative = MatrixXd::Zero(nv, nv);
+  for (const ContactForce& force : forces) {
+    AddForceDerivative(dynamics, force, &derivative);
+  }
+  return derivative;
 }
 
 }  // namespace sinew::import

@@ -22,6 +22,8 @@ inline constexpr double kContactMargin = 0.02;
 // Root torque that counts like one body weight of force, per body weight, m.
 inline constexpr double kTorqueArm = 0.3;
 inline constexpr double kFriction = 1.0;
+// A joint torque at its limit counts like this much body weight.
+inline constexpr double kJointWeight = 0.02;
 
 struct ContactForce {
   Contact contact;
@@ -33,26 +35,35 @@ struct ContactFit {
   // Generalised forces that contact does not explain, [nv]: on the root the
   // residual, on hinges the actuator torques.
   Eigen::VectorXd remainder;
-  // Weighted coordinates of the six root rows, for whoever minimises the
-  // residual: sensitivity [6, 6] is what is left of a change of the root rows
-  // after the forces have adapted to it.
-  Eigen::Matrix<double, 6, 6> sensitivity;
+  // What was minimised.
+  double cost = 0;
+  // Derivative of the weighted remainder by the weighted required forces, [nv,
+  // nv]: what is left of a change after the forces have adapted to it. For
+  // whoever minimises the cost over motions (variable projection).
+  Eigen::MatrixXd sensitivity;
 };
 
-// Weights of the root rows, [6].
-Eigen::Matrix<double, 6, 1> RootWeights(const ImportModel& model);
+// W, [nv]. `joint_weight`: of a joint at its torque limit against a body weight
+// of root force.
+Eigen::VectorXd ContactFitWeights(const ImportModel& model,
+                                  double joint_weight);
 
 // Points of the pose in `dynamics` that may bear.
 std::vector<Contact> FindContacts(const Dynamics& dynamics,
                                   double margin = kContactMargin);
 
 // Fits forces at `contacts` to `required` (Dynamics::Inverse of this motion).
-// `dynamics` must hold the frame's pose. `joint_weight`: weight of a joint at
-// its torque limit against a body weight of root force.
+// `dynamics` must hold the frame's pose.
 ContactFit FitContacts(const Dynamics& dynamics,
                        const std::vector<Contact>& contacts,
                        const Eigen::VectorXd& required,
-                       double joint_weight = 0.01);
+                       double joint_weight = kJointWeight);
+
+// Derivative [nv, nv] of the generalised forces of `forces` (constant world
+// forces at the lowest points, which move with their bodies) by the tangent
+// coordinates of the pose in `dynamics`.
+Eigen::MatrixXd ContactForceDerivative(
+    const Dynamics& dynamics, const std::vector<ContactForce>& forces);
 
 }  // namespace sinew::import
 

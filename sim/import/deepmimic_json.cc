@@ -74,8 +74,10 @@ class Reader : public Json::json_sax_t {
     return true;
   }
 
-  bool parse_error(size_t position, const std::string& token,
+  // `read`: what was read since the last number or string.
+  bool parse_error(size_t position, const std::string& read,
                    const Json::exception& error) override {
+    const std::string token = read.substr(read.find_last_of(" ,[\n\t") + 1);
     if (token == "N" || token == "I" || token == "-I" || error.id == 406) {
       return Fail(absl::StrCat("expected finite numbers, found \"", token,
                                "\" at byte ", position,

@@ -9,9 +9,9 @@
 
 namespace sinew::import {
 
-// Evidence of flight in a frame, from three measurements of its lowest point and
-// its centre of mass, each mapped linearly to [-1, 1] between the values that
-// say "carried" and "flying":
+// Evidence of flight in a frame, from three measurements of its lowest point
+// and its centre of mass, each mapped linearly to [-1, 1] between the values
+// that say "carried" and "flying":
 //   height of the lowest point over the ground, counted twice: 0 to 0.08 m;
 //   speed of the material point there: 0 to 1.6 m/s;
 //   support (a_z + g) / g of the centre of mass, over a few frames: 1 to 0.

@@ -15,6 +15,7 @@
 #include "sim/import/ground.h"
 #include "sim/import/model_motion.h"
 #include "sim/import/quality.h"
+#include "sim/import/refine.h"
 #include "sim/import/skeleton_map.h"
 #include "sim/import/source_track.h"
 #include "sim/motion/library.h"
@@ -109,6 +110,8 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
   supported = FindSupport(&dynamics, motion, /*ground=*/0);
   CalibrateGround(&dynamics, supported, &motion);
   MakeFlightsBallistic(&dynamics, supported, &motion);
+  motion = RefineMotion(
+      &dynamics, FindBearingPoints(&dynamics, supported, motion), motion);
   const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);
 
   ImportedClip imported;

@@ -87,7 +87,8 @@ absl::Status CheckShape(const FrameColumn& column,
                         const TensorMap& frames, absl::string_view source) {
   const std::string field = absl::StrCat("tensor ", column.name);
   const auto found = frames.find(column.name);
-  if (found == frames.end()) return Error(source, field, "it", "no such tensor");
+  if (found == frames.end())
+    return Error(source, field, "it", "no such tensor");
   const HostTensor& tensor = found->second;
   if (tensor.dtype != v1::DATA_TYPE_FLOAT32) {
     return Error(source, field, "DATA_TYPE_FLOAT32",

@@ -24,9 +24,9 @@ absl::StatusOr<v1::MotionLibrary> ParseManifest(absl::string_view json,
 absl::Status CheckManifest(const v1::MotionLibrary& manifest,
                            absl::string_view source);
 
-// The frame tensors against the manifest: all there, none else, shapes, float32,
-// finite, unit quaternions, contacts in [0, 1]. Errors name clip, frame and
-// tensor.
+// The frame tensors against the manifest: all there, none else, shapes,
+// float32, finite, unit quaternions, contacts in [0, 1]. Errors name clip,
+// frame and tensor.
 absl::Status CheckFrames(const v1::MotionLibrary& manifest,
                          const TensorMap& frames, absl::string_view source);
 

@@ -9,28 +9,8 @@
 namespace sinew::motion {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-Matrix3d Cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-// d(rotation vector)/dt = M * (body-frame angular velocity) at rotation vector
-// `r`: the inverse of the right Jacobian of SO(3).
-Matrix3d InverseRightJacobian(const Vector3d& r) {
-  const double angle = r.norm();
-  const Matrix3d k = Cross(r);
-  // The last factor tends to 1/12 as the angle tends to 0.
-  const double factor =
-      angle < 1e-3 ? 1.0 / 12
-                   : 1 / (angle * angle) -
-                         (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
-  return Matrix3d::Identity() + 0.5 * k + factor * k * k;
-}
 
 // Tangents at the keys from the velocities between them: the velocity of the
 // parabola through a key and its neighbours, one-sided at the ends.

@@ -48,12 +48,24 @@ Vector3d Log(const Quaterniond& rotation) {
 
 Quaterniond Exp(const Vector3d& rotation_vector) {
   const double half = rotation_vector.norm() / 2;
-  const double factor =
-      half < kSmallAngle ? 0.5 * (1 - half * half / 6) : std::sin(half) / (2 * half);
+  const double factor = half < kSmallAngle ? 0.5 * (1 - half * half / 6)
+                                           : std::sin(half) / (2 * half);
   Quaterniond q;
   q.w() = std::cos(half);
   q.vec() = factor * rotation_vector;
   return q.normalized();
+}
+
+Eigen::Matrix3d InverseRightJacobian(const Vector3d& r) {
+  const double angle = r.norm();
+  Eigen::Matrix3d cross;
+  cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  // The last factor tends to 1/12 as the angle tends to 0.
+  const double factor =
+      angle < 1e-3 ? 1.0 / 12
+                   : 1 / (angle * angle) -
+                         (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
+  return Eigen::Matrix3d::Identity() + 0.5 * cross + factor * cross * cross;
 }
 
 double AngleBetween(const Quaterniond& a, const Quaterniond& b) {

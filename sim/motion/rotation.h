@@ -1,6 +1,7 @@
 #ifndef SINEW_SIM_MOTION_ROTATION_H_
 #define SINEW_SIM_MOTION_ROTATION_H_
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 namespace sinew::motion {
@@ -21,6 +22,11 @@ void ToWxyz(const Eigen::Quaterniond& rotation, float* wxyz);
 // inverse.
 Eigen::Vector3d Log(const Eigen::Quaterniond& rotation);
 Eigen::Quaterniond Exp(const Eigen::Vector3d& rotation_vector);
+
+// M in d(Log)/dt = M w for body-frame angular velocity w, at rotation vector
+// `rotation_vector`, of angle less than 2 pi: the inverse of the right Jacobian
+// of SO(3). Its transpose does the same for the parent's frame.
+Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& rotation_vector);
 
 // Angle of the rotation from a to b, [0, pi] rad; accurate near 0.
 double AngleBetween(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);

@@ -102,6 +102,44 @@ TEST_F(ActuationTest, RampMovesTheTargetInEqualPartsAndReachesIt) {
   }
 }
 
+TEST_F(ActuationTest, ApproachesAnExplicitIntegrationInTinySteps) {
+  // The law written down once more, its damping explicit and clamped, in steps
+  // so small that implicit or not makes no difference.
+  const character::ModelPtr fine(mj_copyModel(nullptr, model()));
+  constexpr int kFiner = 200;
+  fine->opt.timestep = model()->opt.timestep / kFiner;
+  fine->opt.disableflags |= mjDSBL_DAMPER;
+  const character::DataPtr exact(mj_makeData(fine.get()));
+  const auto distance = [&](int steps) {
+    double sum = 0;
+    Reset();
+    mj_resetData(fine.get(), exact.get());
+    mju_copy(exact->qpos, data_->qpos, model()->nq);
+    mju_copy(exact->qvel, data_->qvel, model()->nv);
+    for (int k = 0; k < steps * kFiner; ++k) {
+      for (size_t j = 0; j < joints().size(); ++j) {
+        const character::JointInfo& joint = joints()[j];
+        exact->qfrc_applied[joint.dof_address] = std::clamp(
+            joint.stiffness *
+                    (target_[j] - exact->qpos[joint.qpos_address]) -
+                joint.damping * exact->qvel[joint.dof_address],
+            -joint.torque_limit, joint.torque_limit);
+      }
+      mj_step(fine.get(), exact.get());
+    }
+    Actuation(*toy_.character, steps, false).Run(rest_, target_, data_.get());
+    for (const character::JointInfo& joint : joints()) {
+      sum += std::abs(data_->qpos[joint.qpos_address] -
+                      exact->qpos[joint.qpos_address]);
+    }
+    return sum;
+  };
+  // The first joint moves by about 0.2 rad in this time, at its torque limit
+  // for most of it.
+  EXPECT_LT(distance(12), 0.04);
+  EXPECT_GT(std::abs(exact->qpos[joints()[0].qpos_address]), 0.1);
+}
+
 TEST_F(ActuationTest, ReportsMeanPower) {
   double expected = 0;
   for (size_t j = 0; j < 4; ++j) {

@@ -6,15 +6,13 @@
 
 #include "common/status_macros.h"
 #include "sim/motion/rotation.h"
+#include "sim/world/foot_contact.h"
 #include "sim/world/reward.h"
 #include "sim/world/task_check.h"
 #include "sim/world/termination.h"
 
 namespace sinew::world {
 namespace {
-
-// Distance at which a sole counts as touching the floor, m.
-constexpr double kContactDistance = 0.005;
 
 std::vector<double> FreshRow(const mjModel* model) {
   std::vector<double> row(mj_stateSize(model, mjSTATE_INTEGRATION));
@@ -159,19 +157,6 @@ void TrackingTask::ReadJoints(const mjData* data,
   }
 }
 
-void TrackingTask::ReadContacts(mjData* data, absl::Span<float> out) const {
-  const mjModel* model = character_->model();
-  for (size_t f = 0; f < out.size(); ++f) {
-    out[f] = 0;
-    for (int geom : character_->foot_geoms()[f]) {
-      const double distance =
-          mj_geomDistance(model, data, character_->floor_geom(), geom,
-                          2 * kContactDistance, nullptr);
-      if (distance < kContactDistance) out[f] = 1;
-    }
-  }
-}
-
 void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
                            absl::Span<float> out, Workspace* work) const {
@@ -183,7 +168,7 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
   }
   if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
-    ReadContacts(data, absl::MakeSpan(work->self_contact));
+    ReadFootContacts(*character_, data, absl::MakeSpan(work->self_contact));
   }
   observation_.Build({.body = &work->body,
                       .reference = work->ahead,

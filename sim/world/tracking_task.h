@@ -157,7 +157,6 @@ class TrackingTask {
   StepResult Judge(double power, Episode* episode, Workspace* work) const;
   void ReadJoints(const mjData* data, absl::Span<double> out) const;
   void AddNoise(const RandomKey& key, mjData* data, Workspace* work) const;
-  void ReadContacts(mjData* data, absl::Span<float> out) const;
 
   v1::Recipe recipe_;
   const character::Character* character_;

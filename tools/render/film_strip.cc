@@ -1,35 +1,17 @@
 #include "tools/render/film_strip.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "common/status_macros.h"
+#include "tools/render/following_camera.h"
 
 namespace sinew::render {
 namespace {
-
-// Metres; a tall body with raised arms fits.
-constexpr double kDistance = 3.8;
-constexpr double kEyeLevel = 0.95;
-
-// Yaw of the root, degrees: where its forward axis points over the ground.
-double HeadingDegrees(absl::Span<const double> qpos) {
-  const double w = qpos[3], x = qpos[4], y = qpos[5], z = qpos[6];
-  return std::atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)) * 180 /
-         std::numbers::pi;
-}
-
-Camera Following(absl::Span<const double> reference, double azimuth_deg) {
-  Camera camera;
-  camera.target = {reference[0], reference[1], kEyeLevel};
-  camera.distance = kDistance;
-  camera.azimuth_deg = azimuth_deg;
-  return camera;
-}
 
 absl::Status Check(const OffscreenRenderer& renderer, const PoseRows& rows,
                    const char* which) {
@@ -41,6 +23,43 @@ absl::Status Check(const OffscreenRenderer& renderer, const PoseRows& rows,
   return absl::OkStatus();
 }
 
+// `rows` were checked and `columns` is positive.
+absl::StatusOr<Image> Strip(OffscreenRenderer& renderer,
+                            absl::Span<const PoseRows> rows, int columns,
+                            double frames_per_second) {
+  int last = rows.front().frames() - 1;
+  for (const PoseRows& row : rows) last = std::min(last, row.frames() - 1);
+  const FollowingCamera following(rows.front().row(0));
+  Image strip(columns * renderer.width(),
+              static_cast<int>(rows.size()) * renderer.height());
+  for (int column = 0; column < columns; ++column) {
+    const int frame =
+        columns == 1 ? 0
+                     : static_cast<int>(std::lround(static_cast<double>(last) *
+                                                    column / (columns - 1)));
+    const Camera camera = following.At(rows.front().row(frame));
+    std::string caption =
+        frames_per_second > 0
+            ? absl::StrFormat("%.2f s", frame / frames_per_second)
+            : "";
+    for (size_t r = 0; r < rows.size(); ++r) {
+      SINEW_ASSIGN_OR_RETURN(
+          const Image picture,
+          renderer.Render({{{rows[r].row(frame), std::nullopt}}}, camera,
+                          r == 0 ? caption : ""));
+      Paste(picture, column * renderer.width(),
+            static_cast<int>(r) * renderer.height(), &strip);
+    }
+  }
+  return strip;
+}
+
+absl::Status CheckColumns(int columns) {
+  if (columns >= 1) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "film strip: columns: expected at least 1, found ", columns));
+}
+
 }  // namespace
 
 absl::StatusOr<Image> FilmStrip(OffscreenRenderer& renderer,
@@ -49,34 +68,42 @@ absl::StatusOr<Image> FilmStrip(OffscreenRenderer& renderer,
                                 double frames_per_second) {
   SINEW_RETURN_IF_ERROR(Check(renderer, reference, "reference"));
   SINEW_RETURN_IF_ERROR(Check(renderer, simulated, "simulated"));
-  if (columns < 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "film strip: columns: expected at least 1, found ", columns));
+  SINEW_RETURN_IF_ERROR(CheckColumns(columns));
+  const std::array<PoseRows, 2> rows = {reference, simulated};
+  return Strip(renderer, rows, columns, frames_per_second);
+}
+
+absl::StatusOr<Image> ReferenceStrip(OffscreenRenderer& renderer,
+                                     const PoseRows& reference, int columns,
+                                     double frames_per_second) {
+  SINEW_RETURN_IF_ERROR(Check(renderer, reference, "reference"));
+  SINEW_RETURN_IF_ERROR(CheckColumns(columns));
+  return Strip(renderer, {reference}, columns, frames_per_second);
+}
+
+absl::StatusOr<Image> SideBySide(OffscreenRenderer& renderer,
+                                 const PoseRows& reference,
+                                 const PoseRows& simulated, int frame) {
+  SINEW_RETURN_IF_ERROR(Check(renderer, reference, "reference"));
+  SINEW_RETURN_IF_ERROR(Check(renderer, simulated, "simulated"));
+  const int frames = std::min(reference.frames(), simulated.frames());
+  if (frame < 0 || frame >= frames) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("side by side: expected a frame of 0 to ", frames - 1,
+                     ", found ", frame));
   }
-  const int last = std::min(reference.frames(), simulated.frames()) - 1;
-  const double azimuth = HeadingDegrees(reference.row(0)) + 90;
-  Image strip(columns * renderer.width(), 2 * renderer.height());
-  for (int column = 0; column < columns; ++column) {
-    const int frame =
-        columns == 1 ? 0
-                     : static_cast<int>(std::lround(static_cast<double>(last) *
-                                                    column / (columns - 1)));
-    const Camera camera = Following(reference.row(frame), azimuth);
-    const std::string caption =
-        frames_per_second > 0
-            ? absl::StrFormat("%.2f s", frame / frames_per_second)
-            : "";
-    SINEW_ASSIGN_OR_RETURN(
-        const Image above,
-        renderer.Render({{{reference.row(frame), std::nullopt}}}, camera,
-                        caption));
-    SINEW_ASSIGN_OR_RETURN(
-        const Image below,
-        renderer.Render({{{simulated.row(frame), std::nullopt}}}, camera));
-    Paste(above, column * renderer.width(), 0, &strip);
-    Paste(below, column * renderer.width(), renderer.height(), &strip);
-  }
-  return strip;
+  const Camera camera =
+      FollowingCamera(reference.row(0)).At(reference.row(frame));
+  SINEW_ASSIGN_OR_RETURN(
+      const Image left,
+      renderer.Render({{{reference.row(frame), std::nullopt}}}, camera));
+  SINEW_ASSIGN_OR_RETURN(
+      const Image right,
+      renderer.Render({{{simulated.row(frame), std::nullopt}}}, camera));
+  Image both(2 * renderer.width(), renderer.height());
+  Paste(left, 0, 0, &both);
+  Paste(right, renderer.width(), 0, &both);
+  return both;
 }
 
 }  // namespace sinew::render

@@ -35,6 +35,17 @@ absl::StatusOr<Image> FilmStrip(OffscreenRenderer& renderer,
                                 const PoseRows& simulated, int columns,
                                 double frames_per_second = 0);
 
+// The same of the reference alone: one row.
+absl::StatusOr<Image> ReferenceStrip(OffscreenRenderer& renderer,
+                                     const PoseRows& reference, int columns,
+                                     double frames_per_second = 0);
+
+// One moment of a film, twice the renderer's width: reference left, simulation
+// right, seen as in a strip. INVALID_ARGUMENT: a frame that not both have.
+absl::StatusOr<Image> SideBySide(OffscreenRenderer& renderer,
+                                 const PoseRows& reference,
+                                 const PoseRows& simulated, int frame);
+
 }  // namespace sinew::render
 
 #endif  // SINEW_TOOLS_RENDER_FILM_STRIP_H_

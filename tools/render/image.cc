@@ -54,4 +54,20 @@ absl::StatusOr<std::string> EncodePng(const Image& image) {
   return bytes;
 }
 
+absl::StatusOr<std::string> EncodeJpeg(const Image& image, int quality) {
+  if (image.width <= 0 || image.height <= 0 || quality < 1 || quality > 100) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "jpeg: expected at least one pixel and a quality of 1 to 100, found ",
+        image.width, " x ", image.height, " and ", quality));
+  }
+  std::string bytes;
+  if (stbi_write_jpg_to_func(&Append, &bytes, image.width, image.height,
+                             kChannels, image.rgb.data(), quality) == 0) {
+    return absl::InternalError(absl::StrCat(
+        "jpeg: could not encode ", image.width, " x ", image.height,
+        " pixels"));
+  }
+  return bytes;
+}
+
 }  // namespace sinew::render

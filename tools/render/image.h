@@ -27,6 +27,10 @@ void Paste(const Image& source, int left, int top, Image* target);
 // The picture as the bytes of a PNG file. INVALID_ARGUMENT: no pixels.
 absl::StatusOr<std::string> EncodePng(const Image& image);
 
+// As a JPEG file, `quality` in [1, 100]: smaller, with losses.
+// INVALID_ARGUMENT: no pixels, or quality out of range.
+absl::StatusOr<std::string> EncodeJpeg(const Image& image, int quality);
+
 }  // namespace sinew::render
 
 #endif  // SINEW_TOOLS_RENDER_IMAGE_H_

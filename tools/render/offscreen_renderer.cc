@@ -14,9 +14,11 @@ namespace {
 constexpr int kMinPixels = 16;
 constexpr int kMaxPixels = 4096;
 constexpr int kMaxGeoms = 2000;
-constexpr int kFontScale = mjFONTSCALE_150;
+constexpr int kFontScale = mjFONTSCALE_100;
 // Degrees; narrow, so that a body looks alike wherever it stands.
 constexpr float kFieldOfView = 35;
+// Metres from the camera's target to a lamp.
+constexpr float kLampDistance = 4;
 // Multisampling of edges.
 constexpr int kSamples = 4;
 
@@ -29,6 +31,19 @@ mjvCamera ToMujoco(const Camera& camera) {
   result.azimuth = camera.azimuth_deg;
   result.elevation = camera.elevation_deg;
   return result;
+}
+
+// Shadows fall only within a box around a lamp: takes the lamps along with the
+// camera's target.
+void MoveLamps(const mjvCamera& camera, mjvScene* scene) {
+  for (int i = 0; i < scene->nlight; ++i) {
+    mjvLight& lamp = scene->lights[i];
+    if (lamp.headlight || lamp.type != mjLIGHT_DIRECTIONAL) continue;
+    for (int k = 0; k < 3; ++k) {
+      lamp.pos[k] =
+          static_cast<float>(camera.lookat[k]) - kLampDistance * lamp.dir[k];
+    }
+  }
 }
 
 }  // namespace
@@ -116,6 +131,7 @@ void OffscreenRenderer::AddFigure(const Figure& figure, bool first,
     mjv_addGeoms(model_.get(), data_.get(), &options_, &nothing, mjCAT_DYNAMIC,
                  &scene_);
   }
+  if (first) MoveLamps(*camera, &scene_);
   if (!figure.colour.has_value()) return;
   for (int i = before; i < scene_.ngeom; ++i) {
     mjvGeom& geom = scene_.geoms[i];

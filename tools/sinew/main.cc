@@ -7,9 +7,17 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "tools/sinew/actor_command.h"
+#include "tools/sinew/bench_command.h"
+#include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/eval_command.h"
+#include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
+#include "tools/sinew/quickstart_command.h"
+#include "tools/sinew/render_command.h"
 #include "tools/sinew/replay_command.h"
+#include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
 
 namespace {
@@ -28,8 +36,16 @@ int main(int argc, char** argv) {
   CLI::App app("Sinew: motion priors from motion clips and a MuJoCo character");
   app.require_subcommand(1);
   Action action;
+  AddActorCommand(app, action);
+  AddBenchCommand(app, action);
+  AddCheckpointCommand(app, action);
+  AddEvalCommand(app, action);
+  AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
+  AddQuickstartCommand(app, action);
+  AddRenderCommand(app, action);
   AddReplayCommand(app, action);
+  AddReportCommand(app, action);
   AddTrainCommand(app, action);
   try {
     app.parse(argc, argv);

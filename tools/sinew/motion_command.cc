@@ -10,6 +10,8 @@
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "sim/import/importer.h"
+#include "tools/sinew/motion_inspect.h"
+#include "tools/sinew/motion_render.h"
 
 namespace sinew::tools {
 namespace {
@@ -75,6 +77,8 @@ void AddMotionCommand(CLI::App& app, Action& action) {
                       "origin of the data");
   command->add_option("--licence", options->licence, "licence of the data");
   command->add_option("files", options->files, "clips")->required();
+  AddMotionInspect(*motion, action);
+  AddMotionRender(*motion, action);
 }
 
 }  // namespace sinew::tools

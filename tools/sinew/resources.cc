@@ -12,31 +12,43 @@
 namespace sinew::tools {
 namespace {
 
+constexpr char kOwnRepository[] = "sinew/";
 constexpr char kRecipes[] = "deploy/recipes";
 
+// Path of a recipe by name or path.
 absl::StatusOr<std::string> FindRecipe(const std::string& name) {
   if (absl::StrContains(name, "/") || absl::EndsWith(name, ".textproto")) {
     if (FileExists(name)) return name;
     return absl::NotFoundError(absl::StrCat("recipe: no file ", name));
   }
-  std::vector<std::string> folders;
-  std::error_code error;
-  const auto binary = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    folders.push_back(
-        JoinPath(absl::StrCat(binary.string(), ".runfiles/sinew"), kRecipes));
-  }
-  folders.push_back(kRecipes);
-  for (const std::string& folder : folders) {
-    const std::string path =
-        JoinPath(folder, absl::StrCat(name, ".textproto"));
-    if (FileExists(path)) return path;
-  }
-  return absl::NotFoundError(absl::StrCat("recipe: no \"", name,
-                                          "\" in ", absl::StrJoin(folders, ", ")));
+  return FindResource(
+      absl::StrCat(kOwnRepository, kRecipes, "/", name, ".textproto"));
 }
 
 }  // namespace
+
+absl::StatusOr<std::string> OwnBinary() {
+  std::error_code error;
+  const auto binary = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) return binary.string();
+  return absl::NotFoundError(
+      absl::StrCat("/proc/self/exe: cannot be read: ", error.message()));
+}
+
+absl::StatusOr<std::string> FindResource(const std::string& path) {
+  std::vector<std::string> candidates;
+  if (const auto binary = OwnBinary(); binary.ok()) {
+    candidates.push_back(JoinPath(absl::StrCat(*binary, ".runfiles"), path));
+  }
+  if (absl::StartsWith(path, kOwnRepository)) {
+    candidates.push_back(path.substr(sizeof(kOwnRepository) - 1));
+  }
+  for (const std::string& candidate : candidates) {
+    if (FileExists(candidate)) return candidate;
+  }
+  return absl::NotFoundError(absl::StrCat(
+      "no file ", path, "; looked for ", absl::StrJoin(candidates, ", ")));
+}
 
 absl::StatusOr<v1::Recipe> LoadRecipe(
     const std::string& name_or_path,

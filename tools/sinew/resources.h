@@ -9,6 +9,14 @@
 
 namespace sinew::tools {
 
+// Path of the running program.
+absl::StatusOr<std::string> OwnBinary();
+
+// A file that the build put beside the binary: "REPOSITORY/PATH" with "sinew"
+// for this project's own, in the binary's runfiles or, own files only, below
+// the working directory. NOT_FOUND lists where was looked.
+absl::StatusOr<std::string> FindResource(const std::string& path);
+
 // A recipe by name (deploy/recipes/NAME.textproto, in the binary's runfiles or
 // the source tree) or by path, with `--set` assignments applied, defaults
 // filled, checked. INVALID_ARGUMENT, NOT_FOUND (lists where was looked).

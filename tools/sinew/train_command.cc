@@ -1,228 +1,90 @@
 #include "tools/sinew/train_command.h"
 
-#include <unistd.h>
-
-#include <chrono>
-#include <cstdint>
-#include <cstdio>
+#include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
-#include <thread>
-#include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "actor/rollout_assets.h"
-#include "common/config/recipe.h"
-#include "common/digest.h"
+#include "common/clock.h"
 #include "common/files.h"
 #include "common/status_macros.h"
-#include "learner/ppo/ppo_learner.h"
-#include "learner/state/state_files.h"
-#include "learner/trainer/trainer.h"
-#include "sim/character/character.h"
-#include "sim/motion/library.h"
-#include "tools/local/local_experience.h"
-#include "tools/sinew/metrics_log.h"
-#include "tools/sinew/resources.h"
+#include "tools/sinew/run_flags.h"
+#include "tools/training/actor_processes.h"
+#include "tools/training/temporary_folder.h"
+#include "tools/training/training_run.h"
 
 namespace sinew::tools {
 namespace {
 
+// For actors to finish what they hold once the run is over.
+constexpr absl::Duration kDrainTimeout = absl::Seconds(10);
+
 struct TrainOptions {
-  std::string recipe;     // name or file
-  std::string motions;    // library folder
-  std::string run;        // run folder; resumed if it holds a state
-  std::string character = "humanoid";
-  double minutes = 0;     // of train_s in all; 0: the recipe's
-  int64_t iterations = 0; // in all; 0: the recipe's
-  std::optional<uint64_t> seed;
-  int threads = 0;        // for rollouts and learning; 0: all cores
-  std::vector<std::string> set;
+  RunFlags run;
+  int actors = 1;
+  std::string metrics;
 };
 
-double NowSeconds() {
-  return std::chrono::duration<double>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-absl::StatusOr<v1::Recipe> RecipeOf(const TrainOptions& options) {
-  std::vector<std::string> set = options.set;
-  if (options.seed) set.push_back(absl::StrCat("seed=", *options.seed));
-  return LoadRecipe(options.recipe, set);
-}
-
-// One run of the command: what the loop needs.
-class Session {
- public:
-  static absl::StatusOr<std::unique_ptr<Session>> Open(
-      const TrainOptions& options);
-
-  absl::Status Loop(const StopToken& stop);
-
- private:
-  Session() = default;
-  absl::Status Resume();
-  absl::Status Save();
-  bool IsDone() const;
-  void Account(const learner::IterationReport& report, double elapsed);
-  void ShowProgress(const learner::IterationReport& report) const;
-
-  v1::Recipe recipe_;
-  std::string run_;
-  int threads_ = 1;
-  double max_minutes_ = 0;
-  int64_t max_iterations_ = 0;
-  std::unique_ptr<DirectoryLock> lock_;
-  std::unique_ptr<LocalExperience> experience_;
-  std::unique_ptr<learner::Trainer> trainer_;
-  std::unique_ptr<MetricsLog> metrics_;
-  RunSeconds seconds_;
-  int64_t saved_iteration_ = -1;
+// The thread budget. Under lag 0 actors and learner take turns and each has all
+// cores; otherwise they share them.
+struct Budget {
+  int ranks = 1;
+  int threads_per_actor = 1;
 };
 
-absl::StatusOr<std::unique_ptr<Session>> Session::Open(
-    const TrainOptions& options) {
-  auto session = std::unique_ptr<Session>(new Session());
-  SINEW_ASSIGN_OR_RETURN(session->recipe_, RecipeOf(options));
-  const v1::Recipe& recipe = session->recipe_;
-  session->run_ = options.run;
-  session->max_minutes_ =
-      options.minutes > 0 ? options.minutes : recipe.max_minutes();
-  session->max_iterations_ =
-      options.iterations > 0 ? options.iterations : recipe.max_iterations();
-  session->threads_ = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::thread::hardware_concurrency());
-
-  SINEW_ASSIGN_OR_RETURN(
-      auto character,
-      character::Character::Load(options.character, recipe.physics()));
-  SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(options.motions));
-  const v1::MotionLibrary manifest = library->manifest();
-  const std::string assets_sha256 = Sha256Hex(
-      absl::StrCat(character->digest(), library->digest(), PrintRecipe(recipe)));
-  SINEW_ASSIGN_OR_RETURN(
-      const std::shared_ptr<const actor::RolloutAssets> assets,
-      actor::RolloutAssets::FromParts(recipe, std::move(character),
-                                      std::move(library)));
-
-  SINEW_RETURN_IF_ERROR(MakeDirectories(session->run_));
-  SINEW_ASSIGN_OR_RETURN(session->lock_, DirectoryLock::Acquire(session->run_));
-  SINEW_RETURN_IF_ERROR(
-      WriteFileAtomically(JoinPath(session->run_, "config.textproto"),
-                          PrintRecipe(recipe)));
-  LocalExperience::Options local;
-  local.threads = session->threads_;
-  local.max_environments = recipe.rollouts().environments_per_order();
-  SINEW_ASSIGN_OR_RETURN(session->experience_,
-                         LocalExperience::Create(local, assets));
-  SINEW_ASSIGN_OR_RETURN(
-      auto learner,
-      learner::PpoLearner::Create(
-          recipe, {.observation_width = assets->task().observation_width(),
-                   .action_width = assets->task().action_width(),
-                   .ranks = session->threads_}));
-  learner::Trainer::Options trainer;
-  trainer.recipe = recipe;
-  trainer.library = manifest;
-  trainer.run_id = learner::MakeRunId(recipe, assets_sha256);
-  trainer.assets_sha256 = assets_sha256;
-  trainer.layout_sha256 = assets->layout_sha256();
-  SINEW_ASSIGN_OR_RETURN(
-      session->trainer_,
-      learner::Trainer::Create(std::move(trainer), std::move(learner),
-                               *session->experience_));
-  SINEW_RETURN_IF_ERROR(session->Resume());
-  return session;
+Budget Divide(int cores, int actors, bool take_turns) {
+  Budget budget;
+  budget.ranks = take_turns ? cores : std::max(1, cores / 2);
+  const int for_actors = take_turns ? cores : std::max(1, cores - budget.ranks);
+  budget.threads_per_actor = std::max(1, for_actors / actors);
+  return budget;
 }
 
-absl::Status Session::Resume() {
-  std::vector<std::string> warnings;
-  auto state =
-      learner::LoadLatestState(JoinPath(run_, "checkpoints"), &warnings);
-  for (const std::string& warning : warnings) {
-    absl::FPrintF(stderr, "sinew: %s\n", warning);
-  }
-  if (state.ok()) {
-    SINEW_RETURN_IF_ERROR(trainer_->Restore(*state));
-    seconds_ = {state->counters.wall_seconds(), state->counters.train_seconds()};
-    saved_iteration_ = trainer_->iteration();
-    absl::FPrintF(stderr, "sinew: resumed at iteration %d\n",
-                  trainer_->iteration());
-  } else if (!absl::IsNotFound(state.status())) {
-    return state.status();
-  }
-  SINEW_ASSIGN_OR_RETURN(metrics_,
-                         MetricsLog::Open(JoinPath(run_, "metrics.jsonl"),
-                                          trainer_->iteration()));
-  return absl::OkStatus();
-}
-
-absl::Status Session::Save() {
-  if (saved_iteration_ == trainer_->iteration()) return absl::OkStatus();
-  learner::Trainer::State state = trainer_->Save();
-  state.counters.set_wall_seconds(seconds_.wall);
-  state.counters.set_train_seconds(seconds_.train);
-  SINEW_RETURN_IF_ERROR(learner::SaveState(JoinPath(run_, "checkpoints"), state,
-                                           recipe_.checkpointing().keep()));
-  saved_iteration_ = trainer_->iteration();
-  return absl::OkStatus();
-}
-
-bool Session::IsDone() const {
-  return (max_iterations_ > 0 && trainer_->iteration() >= max_iterations_) ||
-         (max_minutes_ > 0 && seconds_.train >= 60 * max_minutes_);
-}
-
-void Session::Account(const learner::IterationReport& report, double elapsed) {
-  seconds_.wall += elapsed;
-  seconds_.train += elapsed - report.evaluation_core_seconds / threads_;
-}
-
-void Session::ShowProgress(const learner::IterationReport& report) const {
-  if (report.evaluation) {
-    const SetSummary& overall = report.evaluation->overall;
-    absl::FPrintF(stderr,
-                  "\r\033[Kiteration %d  train %.0f s  samples %d  %d of %d "
-                  "starts  survived %.0f %%  %.0f mm\n",
-                  report.iteration, seconds_.train, report.samples,
-                  overall.succeeded_starts, overall.starts,
-                  100 * overall.survived_share, overall.means.e_g_mpjpe_mm);
-  }
-  if (isatty(STDERR_FILENO) == 0) return;
-  absl::FPrintF(stderr, "\r\033[K%d  %.1f k samples/s  reward %.3f  %.1f min",
-                report.iteration,
-                static_cast<double>(report.samples) / seconds_.train / 1000,
-                report.update.reward_mean, seconds_.train / 60);
-}
-
-absl::Status Session::Loop(const StopToken& stop) {
-  while (!IsDone() && !stop.stop_requested()) {
-    const double start = NowSeconds();
-    SINEW_ASSIGN_OR_RETURN(const learner::IterationReport report,
-                           trainer_->RunIteration());
-    Account(report, NowSeconds() - start);
-    const absl::Status logged = metrics_->Write(report, seconds_);
-    if (!logged.ok()) absl::FPrintF(stderr, "sinew: %s\n", logged.ToString());
-    ShowProgress(report);
-    if (trainer_->iteration() % recipe_.checkpointing().interval() == 0) {
-      // A failed save costs nothing but the chance to resume here.
-      const absl::Status saved = Save();
-      if (!saved.ok()) absl::FPrintF(stderr, "sinew: %s\n", saved.ToString());
-    }
-  }
-  absl::FPrintF(stderr, "\n");
-  return Save();
+ActorProcesses::Options ActorOptions(const TrainOptions& options,
+                                     const TrainingRun& run,
+                                     const std::string& folder, int threads) {
+  ActorProcesses::Options actors;
+  actors.argv = {"/proc/self/exe",
+                 "actor",
+                 "--learner",
+                 run.address(),
+                 "--threads",
+                 absl::StrCat(threads),
+                 "--cache",
+                 JoinPath(folder, "cache"),
+                 "--name",
+                 "actor-{index}",
+                 "--drain-seconds",
+                 absl::StrCat(absl::ToDoubleSeconds(kDrainTimeout))};
+  actors.count = options.actors;
+  actors.log_folder = run.folder().actor_logs();
+  actors.grace = kDrainTimeout + absl::Seconds(2);
+  return actors;
 }
 
 absl::Status RunTrain(const TrainOptions& options, const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<Session> session,
-                         Session::Open(options));
-  return session->Loop(stop);
+  SystemClock clock;
+  SINEW_ASSIGN_OR_RETURN(TrainingRun::Options run_options,
+                         MakeRunOptions(options.run));
+  const Budget budget =
+      Divide(ThreadsOf(options.run), options.actors,
+             run_options.recipe.rollouts().max_policy_lag() == 0);
+  SINEW_ASSIGN_OR_RETURN(const auto folder, TemporaryFolder::Create());
+  run_options.ranks = budget.ranks;
+  run_options.listen = absl::StrCat("unix:", JoinPath(folder->path(), "s"));
+  run_options.metrics_address = options.metrics;
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TrainingRun> run,
+                         TrainingRun::Open(run_options, clock, stop));
+  SINEW_ASSIGN_OR_RETURN(
+      const std::unique_ptr<ActorProcesses> actors,
+      ActorProcesses::Start(ActorOptions(options, *run, folder->path(),
+                                         budget.threads_per_actor)));
+  run->SetChildren({[&actors] { return actors->check(); },
+                    [&actors] { return actors->CpuSeconds(); }});
+  const absl::Status status = run->Train();
+  actors->BeginStop();
+  run->Drain(kDrainTimeout);
+  return status;
 }
 
 }  // namespace
@@ -231,15 +93,12 @@ void AddTrainCommand(CLI::App& app, Action& action) {
   auto options = std::make_shared<TrainOptions>();
   auto* command = AddSubcommand<TrainOptions>(
       app, "train", "start or resume a run", options, action, RunTrain);
-  command->add_option("--recipe", options->recipe, "name or file")->required();
-  command->add_option("--motions", options->motions, "library")->required();
-  command->add_option("--run", options->run, "run directory")->required();
-  command->add_option("--character", options->character, "name or file");
-  command->add_option("--minutes", options->minutes, "of training, in all");
-  command->add_option("--iterations", options->iterations, "in all");
-  command->add_option("--seed", options->seed, "of all random streams");
-  command->add_option("--threads", options->threads, "default: all cores");
-  command->add_option("--set", options->set, "path=value in the recipe");
+  AddRunFlags(*command, options->run);
+  command->add_option("--actors", options->actors, "child actor processes")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_option("--metrics", options->metrics,
+                      "HOST:PORT for Prometheus; default: none");
 }
 
 }  // namespace sinew::tools

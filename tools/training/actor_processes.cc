@@ -10,7 +10,6 @@
 #include "absl/strings/str_split.h"
 #include "common/files.h"
 #include "common/logging.h"
-#include "common/rpc/status.h"
 #include "common/status_macros.h"
 #include "tools/training/process_cpu.h"
 

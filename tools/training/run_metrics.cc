@@ -9,9 +9,8 @@ void RunMetrics::UpdateActors(const learner::Dispatcher::Statistics& actors) {
   metrics_.orders_outstanding.Set(static_cast<double>(actors.orders_leased));
   metrics_.orders_reissued.Increment(
       static_cast<double>(actors.orders_reissued - before_.orders_reissued));
-  if (actors.applied_version != before_.applied_version) {
-    metrics_.publish_to_apply_seconds.Observe(actors.apply_seconds);
-  }
+  metrics_.orders_returned.Increment(
+      static_cast<double>(actors.orders_returned - before_.orders_returned));
   before_ = actors;
 }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr double kHeartbeatSeconds = 2;
 
 learner::Dispatcher::Options DispatcherOptions(
-    const RunServices::Options& options) {
+    const RunServices::Options& options, metrics::Histogram& apply_seconds) {
   learner::Dispatcher::Options result;
   result.welcome.set_run_id(options.run_id);
   result.welcome.set_heartbeat_seconds(kHeartbeatSeconds);
@@ -29,6 +29,7 @@ learner::Dispatcher::Options DispatcherOptions(
   result.mujoco_version = mj_versionString();
   result.cpu_class = CpuClass();
   result.reissue_after = options.reissue_after;
+  result.on_apply = [&](double seconds) { apply_seconds.Observe(seconds); };
   return result;
 }
 
@@ -37,6 +38,7 @@ learner::Dispatcher::Options DispatcherOptions(
 RunServices::RunServices()
     : registry_({.role = "learner", .build = BuildIdentity()}),
       metrics_(registry_),
+      save_metrics_(registry_),
       replay_metrics_(registry_) {}
 
 RunServices::~RunServices() {
@@ -67,7 +69,8 @@ absl::Status RunServices::StartServer(const Options& options) {
   learner::LearnerServer::Options server;
   server.listen = options.listen;
   server.security = options.security;
-  server.dispatcher = DispatcherOptions(options);
+  server.dispatcher =
+      DispatcherOptions(options, metrics_.publish_to_apply_seconds);
   server.assets = options.assets;
   if (replay_service_ != nullptr) {
     server.services.push_back(replay_service_.get());

@@ -13,6 +13,7 @@
 #include "common/metrics/registry.h"
 #include "common/rpc/credentials.h"
 #include "learner/service/learner_server.h"
+#include "learner/state/save_metrics.h"
 #include "replay/client/replay.h"
 #include "replay/replay_metrics.h"
 #include "replay/table.h"
@@ -54,6 +55,7 @@ class RunServices {
   learner::LearnerServer& server() { return *server_; }
   replay::Replay& replay() { return *replay_; }
   metrics::LearnerMetrics& metrics() { return metrics_; }
+  learner::SaveMetrics& save_metrics() { return save_metrics_; }
 
   // Actors finish what they hold and go, or are cut off after `timeout`.
   void Drain(absl::Duration timeout);
@@ -65,6 +67,7 @@ class RunServices {
 
   metrics::Registry registry_;
   metrics::LearnerMetrics metrics_;
+  learner::SaveMetrics save_metrics_;
   replay::ReplayMetrics replay_metrics_;
   // In this process only.
   std::unique_ptr<replay::Table> table_;

@@ -2,39 +2,67 @@
 #define SINEW_TOOLS_TRAINING_RUN_STORE_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "common/blobs/blob_ring.h"
 #include "common/blobs/blob_source.h"
+#include "common/clock.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
+#include "deploy/checkpoint/client/artifact_store.h"
 #include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/run.pb.h"
 #include "tools/training/task_setup.h"
 
 namespace sinew::tools {
 
-// Where a run keeps what must outlive it: assets, training states.
+// Where a run keeps what must outlive it, in a folder or behind a checkpoint
+// service, which serves one run:
 //
-// Thread-safety: GetBlob from any thread, the rest from one. Ownership: owns
-// the assets' bytes. Blocking: on the disk. Errors: those of the disk.
-class RunStore : public BlobSource {
+//   kind "assets"   the task's assets, for actors to fetch
+//   kind "state"    training states (learner/state); alias "latest"
+//   kind "policy"   the best evaluated snapshot; alias "best"
+//
+// Thread-safety: any thread. Ownership: owns the store (and its connection);
+// borrows the clock. Blocking: on disk or network. Errors: the store's.
+class RunStore {
  public:
-  explicit RunStore(std::string folder);
+  // A snapshot's bytes and what its evaluation found.
+  struct Policy {
+    v1::EvaluatedPolicy evaluated;
+    Blob snapshot;
+  };
+
+  // `where`: as checkpoint::OpenStore.
+  static absl::StatusOr<std::unique_ptr<RunStore>> Open(
+      const std::string& where, const rpc::Security& security,
+      const Clock& clock, const StopToken& stop);
+
+  checkpoint::ArtifactStore& artifacts() { return *store_; }
 
   absl::Status PutAssets(const TaskSetup& setup);
-  absl::StatusOr<Blob> GetBlob(const std::string& sha256) override;
-
-  // Keeps the newest `keep` states.
-  absl::Status SaveState(const learner::Trainer::State& state, int keep);
+  absl::StatusOr<bool> HasState();
   // The newest whole state; NOT_FOUND: there is none.
   absl::StatusOr<learner::Trainer::State> LoadState(
       std::vector<std::string>* warnings);
 
+  absl::Status PutBest(const Policy& policy);
+  // Unset: none yet.
+  absl::StatusOr<std::optional<Policy>> GetBest();
+
  private:
-  const std::string folder_;
-  BlobRing assets_;
+  explicit RunStore(std::unique_ptr<checkpoint::ArtifactStore> store)
+      : store_(std::move(store)) {}
+
+  const std::unique_ptr<checkpoint::ArtifactStore> store_;
 };
+
+// Whether `a` is the better policy: more starts succeeded, then more frames
+// survived, then less error.
+bool IsBetter(const v1::EvaluatedPolicy& a, const v1::EvaluatedPolicy& b);
 
 }  // namespace sinew::tools
 

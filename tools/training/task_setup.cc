@@ -6,7 +6,6 @@
 
 #include "actor/rollout_assets.h"
 #include "common/config/recipe.h"
-#include "common/config/text_proto.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
@@ -34,16 +33,13 @@ absl::StatusOr<std::map<std::string, std::string>> MakeAssets(
   return assets;
 }
 
-// Names the blobs; they follow in `blobs`.
-v1::TaskAssets ListAssets(std::map<std::string, std::string> assets,
-                          std::vector<Blob>& blobs) {
+v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
   v1::TaskAssets list;
-  for (auto& [role, bytes] : assets) {
+  for (const auto& [role, bytes] : assets) {
     v1::Asset& asset = *list.add_assets();
     asset.set_role(role);
-    asset.set_sha256(Sha256Hex(bytes));
-    asset.set_size(static_cast<int64_t>(bytes.size()));
-    blobs.push_back(std::make_shared<const std::string>(std::move(bytes)));
+    asset.set_sha256(Sha256Hex(*bytes));
+    asset.set_size(static_cast<int64_t>(bytes->size()));
   }
   return list;
 }
@@ -54,28 +50,25 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& character,
                                     const std::string& motions) {
   SINEW_ASSIGN_OR_RETURN(auto assets, MakeAssets(recipe, character, motions));
+  TaskSetup setup;
   SINEW_ASSIGN_OR_RETURN(
-      const auto library,
+      setup.library,
       motion::Library::FromBytes(assets["library"], assets["frames"], motions));
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,
       actor::RolloutAssets::Create(assets["character"], assets["model"],
                                    assets["library"], assets["frames"],
                                    assets["recipe"]));
-  TaskSetup setup;
-  setup.library = library->manifest();
-  setup.library_sha256 = library->digest();
   setup.observation_width = rollout->task().observation_width();
   setup.action_width = rollout->task().action_width();
   setup.layout = rollout->layout();
   setup.layout_sha256 = rollout->layout_sha256();
-  std::vector<Blob> blobs;
-  const v1::TaskAssets list = ListAssets(std::move(assets), blobs);
-  auto text = std::make_shared<const std::string>(
-      SerializeDeterministically(list));
-  setup.assets_sha256 = Sha256Hex(*text);
-  setup.blobs.push_back(std::move(text));
-  setup.blobs.insert(setup.blobs.end(), blobs.begin(), blobs.end());
+  for (auto& [role, bytes] : assets) {
+    setup.assets[role] = std::make_shared<const std::string>(std::move(bytes));
+  }
+  setup.list = std::make_shared<const std::string>(
+      SerializeDeterministically(ListAssets(setup.assets)));
+  setup.assets_sha256 = Sha256Hex(*setup.list);
   return setup;
 }
 

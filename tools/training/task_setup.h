@@ -1,30 +1,31 @@
 #ifndef SINEW_TOOLS_TRAINING_TASK_SETUP_H_
 #define SINEW_TOOLS_TRAINING_TASK_SETUP_H_
 
+#include <map>
+#include <memory>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
-#include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "sim/motion/library.h"
 
 namespace sinew::tools {
 
 // What a run is about, compiled: what actors fetch, and what the learner must
 // know of it.
 struct TaskSetup {
-  v1::MotionLibrary library;  // manifest
-  std::string library_sha256;
+  std::shared_ptr<const motion::Library> library;
   int observation_width = 0;
   int action_width = 0;
   v1::SegmentLayout layout;
   std::string layout_sha256;
-  // SHA-256 of the serialised TaskAssets, which is the first of `blobs`; the
-  // others are the assets that it names.
+  // The serialised TaskAssets, its SHA-256, and the assets that it names by
+  // role.
+  Blob list;
   std::string assets_sha256;
-  std::vector<Blob> blobs;
+  std::map<std::string, Blob> assets;
 };
 
 // Loads a character (name or file) and a motion library (folder), compiles the

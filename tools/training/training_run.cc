@@ -11,10 +11,14 @@
 #include "common/cpu.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/run_export.h"
 #include "tools/training/process_cpu.h"
 
 namespace sinew::tools {
 namespace {
+
+// For the last save; a store gives up earlier.
+constexpr absl::Duration kSaveTimeout = absl::Minutes(10);
 
 double Limit(double asked, double of_recipe) {
   return asked > 0 ? asked : of_recipe;
@@ -51,7 +55,10 @@ absl::Status TrainingRun::Train() {
     status = absl::OkStatus();
   }
   if (stop_.stop_requested()) LogInfo("stopping: saving what there is");
-  if (trainer_->at_rest()) status.Update(Save());
+  if (trainer_->at_rest()) {
+    status.Update(SaveAndWait());
+    status.Update(Export());
+  }
   LogInfo("training has ended", {{"iteration", trainer_->iteration()},
                                  {"train_s", figures_.seconds.train}});
   return status;
@@ -65,6 +72,7 @@ absl::Status TrainingRun::RunIteration() {
   if (!IsDone() && !stop_.stop_requested()) {
     SINEW_RETURN_IF_ERROR(trainer_->BeginNext());
   }
+  KeepBest(report);
   Tell(report);
   Show(report);
   SaveByInterval();
@@ -146,32 +154,81 @@ void TrainingRun::SetEnd(ProgressState& state) const {
   state.seconds_left = trained * (1 / *state.share - 1);
 }
 
-absl::Status TrainingRun::Save() {
-  if (saved_iteration_ == trainer_->iteration()) return absl::OkStatus();
-  const double start = clock_.SteadySeconds();
+learner::Trainer::State TrainingRun::State() const {
   learner::Trainer::State state = trainer_->Save();
   state.counters.set_build(BuildIdentity());
   state.counters.set_cpu_class(CpuClass());
   state.counters.set_wall_seconds(figures_.seconds.wall);
   state.counters.set_train_seconds(figures_.seconds.train);
-  const absl::Status status =
-      store_->SaveState(state, options_.recipe.checkpointing().keep());
-  figures_.save_seconds += clock_.SteadySeconds() - start;
-  if (status.ok()) saved_iteration_ = trainer_->iteration();
-  return status;
+  return state;
+}
+
+absl::Status TrainingRun::TakeSaveResult() {
+  const auto result = saver_->TakeResult();
+  if (!result) return absl::OkStatus();
+  figures_.save_seconds += result->seconds;
+  if (result->status.ok()) {
+    saved_iteration_ = result->iteration;
+  } else {
+    ++figures_.save_failures;
+  }
+  return result->status;
 }
 
 void TrainingRun::SaveByInterval() {
-  if (trainer_->iteration() % options_.recipe.checkpointing().interval() != 0) {
-    return;
+  TakeSaveResult().IgnoreError();  // logged by the saver, counted here
+  if (trainer_->iteration() % options_.recipe.checkpointing().interval() == 0) {
+    save_is_due_ = true;
   }
-  const absl::Status saved = Save();
-  if (saved.ok()) return;
+  // One at a time: while the disk is slower than training, some are left out.
+  if (save_is_due_ && saver_->idle() && saver_->Start(State())) {
+    save_is_due_ = false;
+  }
+}
+
+absl::Status TrainingRun::SaveAndWait() {
+  SINEW_RETURN_IF_ERROR(saver_->Flush(kSaveTimeout));
+  TakeSaveResult().IgnoreError();
+  if (saved_iteration_ == trainer_->iteration()) return absl::OkStatus();
+  saver_->Start(State());
+  SINEW_RETURN_IF_ERROR(saver_->Flush(kSaveTimeout));
+  return TakeSaveResult();
+}
+
+void TrainingRun::KeepBest(const learner::IterationReport& report) {
+  best_->Remember(
+      report.iteration,
+      std::make_shared<const std::string>(trainer_->snapshot().bytes),
+      report.samples, figures_.seconds.train);
+  const absl::Status kept = best_->Observe(report);
+  if (kept.ok()) return;
   ++figures_.save_failures;
-  LogError("a save has failed; training goes on",
-           {{"error", saved.message()},
-            {"iteration", trainer_->iteration()},
-            {"failures", figures_.save_failures}});
+  LogError("the best policy cannot be kept", {{"reason", kept.message()}});
+}
+
+absl::Status TrainingRun::Export() const {
+  if (trainer_->iteration() == 0) return absl::OkStatus();
+  bundle::RunResult last;
+  last.snapshot = trainer_->snapshot().bytes;
+  last.iterations = trainer_->iteration();
+  last.samples = trainer_->samples();
+  last.train_seconds = figures_.seconds.train;
+  last.build = BuildIdentity();
+  SINEW_RETURN_IF_ERROR(
+      bundle::ExportRun(folder_->path(), last, folder_->bundle()));
+  if (!best_->best()) {
+    LogInfo("nothing was evaluated: no bundle_best");
+    return absl::OkStatus();
+  }
+  const v1::EvaluatedPolicy& evaluated = best_->best()->evaluated;
+  bundle::RunResult best;
+  best.snapshot = *best_->best()->snapshot;
+  best.iterations = evaluated.iteration();
+  best.samples = evaluated.samples();
+  best.train_seconds = evaluated.train_seconds();
+  best.build = BuildIdentity();
+  best.metrics = evaluated.metrics();
+  return bundle::ExportRun(folder_->path(), best, folder_->best_bundle());
 }
 
 }  // namespace sinew::tools

@@ -14,8 +14,10 @@
 #include "common/rpc/credentials.h"
 #include "common/stop.h"
 #include "learner/experience/service_experience.h"
+#include "learner/state/state_saver.h"
 #include "learner/trainer/trainer.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "tools/training/best_policy.h"
 #include "tools/training/metrics_log.h"
 #include "tools/training/progress.h"
 #include "tools/training/run_folder.h"
@@ -32,8 +34,9 @@ namespace sinew::tools {
 //   Open: recipe, character and library -> assets -> store
 //         servers -> experience -> trainer <- latest state, if there is one
 //   (actors come to address())
-//   Train: iteration, row of metrics.jsonl, progress, save by interval
-//          until minutes or iterations are over, or stop; saves at the end
+//   Train: iteration, row of metrics.jsonl, progress, best policy, save by
+//          interval (beside training) until minutes or iterations are over, or
+//          stop; then saves and exports bundle/ and bundle_best/
 //   Drain: actors go
 //
 // A save that fails costs the chance to resume there and nothing else: it is
@@ -63,6 +66,10 @@ class TrainingRun {
     rpc::Security security = {};
     std::string replay_address = {};
     std::string metrics_address = {};
+    // A checkpoint service; empty: the run directory.
+    std::string checkpoint_address = {};
+    // Bundle whose weights a run without states begins with; empty: none.
+    std::string init = {};
   };
   // Child actors, if there are any.
   struct Children {
@@ -87,8 +94,10 @@ class TrainingRun {
 
   // training_run_open.cc.
   absl::Status OpenFolder();
+  absl::Status OpenStore(const TaskSetup& setup);
   absl::Status StartLogging();
   absl::Status StartServices(const TaskSetup& setup);
+  void MakeExperience(const TaskSetup& setup);
   absl::Status MakeTrainer(const TaskSetup& setup);
   absl::Status Resume();
 
@@ -99,8 +108,13 @@ class TrainingRun {
   void Tell(const learner::IterationReport& report);
   void Show(const learner::IterationReport& report);
   void SetEnd(ProgressState& state) const;
-  absl::Status Save();
+  learner::Trainer::State State() const;
+  // Of saves that have ended.
+  absl::Status TakeSaveResult();
   void SaveByInterval();
+  absl::Status SaveAndWait();
+  void KeepBest(const learner::IterationReport& report);
+  absl::Status Export() const;
 
   const Options options_;
   Clock& clock_;
@@ -112,6 +126,8 @@ class TrainingRun {
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<RunStore> store_;
   std::unique_ptr<RunServices> services_;
+  std::unique_ptr<learner::StateSaver> saver_;
+  std::unique_ptr<BestPolicy> best_;
   std::unique_ptr<learner::ServiceExperience> experience_;
   std::unique_ptr<learner::Trainer> trainer_;
   std::unique_ptr<MetricsLog> metrics_log_;
@@ -120,6 +136,7 @@ class TrainingRun {
   RunFigures figures_;
   std::string evaluation_;  // latest, as text
   int64_t saved_iteration_ = -1;
+  bool save_is_due_ = false;
   // Marks of the latest row.
   double row_seconds_ = 0;
   double row_learner_cpu_ = 0;

@@ -1,11 +1,15 @@
 #include <unistd.h>
 
+#include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/build_info.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/run_export.h"
 #include "learner/ppo/ppo_learner.h"
 #include "tools/training/training_run.h"
 
@@ -29,7 +33,7 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
   std::unique_ptr<TrainingRun> run(new TrainingRun(options, clock, stop));
   run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
   SINEW_RETURN_IF_ERROR(run->OpenFolder());
-  SINEW_RETURN_IF_ERROR(run->store_->PutAssets(setup));
+  SINEW_RETURN_IF_ERROR(run->OpenStore(setup));
   SINEW_RETURN_IF_ERROR(run->StartServices(setup));
   SINEW_RETURN_IF_ERROR(run->MakeTrainer(setup));
   SINEW_RETURN_IF_ERROR(run->Resume());
@@ -39,9 +43,20 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
 absl::Status TrainingRun::OpenFolder() {
   SINEW_ASSIGN_OR_RETURN(folder_,
                          RunFolder::Open(options_.directory, options_.recipe));
-  SINEW_RETURN_IF_ERROR(StartLogging());
-  store_ = std::make_unique<RunStore>(folder_->checkpoints());
-  return absl::OkStatus();
+  return StartLogging();
+}
+
+absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
+  SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
+      folder_->path(), options_.character, *setup.library));
+  const std::string where = options_.checkpoint_address.empty()
+                                ? folder_->checkpoints()
+                                : options_.checkpoint_address;
+  SINEW_ASSIGN_OR_RETURN(
+      store_, RunStore::Open(where, options_.security, clock_, stop_));
+  SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
+  best_ = std::make_unique<BestPolicy>(*store_);
+  return best_->Load();
 }
 
 absl::Status TrainingRun::StartLogging() {
@@ -62,14 +77,22 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
   services.security = options_.security;
   services.replay_address = options_.replay_address;
   services.replay_bytes = rollouts.replay_bytes();
-  services.assets = store_.get();
+  services.checkpoint_address = options_.checkpoint_address;
+  services.assets = &store_->artifacts();
   services.metrics_address = options_.metrics_address;
   services.run_id = run_id_;
   services.assets_sha256 = setup.assets_sha256;
   services.reissue_after = absl::Seconds(rollouts.reissue_seconds());
   SINEW_ASSIGN_OR_RETURN(services_, RunServices::Start(services));
   run_metrics_ = std::make_unique<RunMetrics>(services_->metrics());
+  saver_ = std::make_unique<learner::StateSaver>(
+      store_->artifacts(), options_.recipe.checkpointing().keep(), clock_,
+      services_->save_metrics());
+  MakeExperience(setup);
+  return absl::OkStatus();
+}
 
+void TrainingRun::MakeExperience(const TaskSetup& setup) {
   learner::ServiceExperience::Options experience;
   experience.run_id = run_id_;
   experience.layout = setup.layout;
@@ -83,7 +106,6 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
   experience_ = std::make_unique<learner::ServiceExperience>(
       std::move(experience), services_->server().dispatcher(),
       services_->replay(), services_->server().snapshots(), clock_);
-  return absl::OkStatus();
 }
 
 absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
@@ -93,9 +115,16 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
                                   {.observation_width = setup.observation_width,
                                    .action_width = setup.action_width,
                                    .ranks = options_.ranks}));
+  SINEW_ASSIGN_OR_RETURN(const bool has_state, store_->HasState());
+  if (!options_.init.empty() && !has_state) {
+    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
+                           bundle::ReadBundle(options_.init));
+    SINEW_RETURN_IF_ERROR(learner->InitFrom(bundle.weights));
+    LogInfo("weights taken", {{"bundle", options_.init}});
+  }
   learner::Trainer::Options trainer;
   trainer.recipe = options_.recipe;
-  trainer.library = setup.library;
+  trainer.library = setup.library->manifest();
   trainer.run_id = run_id_;
   trainer.assets_sha256 = setup.assets_sha256;
   trainer.layout_sha256 = setup.layout_sha256;
@@ -118,6 +147,11 @@ absl::Status TrainingRun::Resume() {
       LogWarning("the state is of another build: results may differ in bits",
                  {{"expected", BuildIdentity()},
                   {"found", state->counters.build()}});
+    }
+    for (size_t i = 0; i < state->snapshots.size(); ++i) {
+      best_->Remember(state->counters.snapshots(static_cast<int>(i)).version(),
+                      std::make_shared<const std::string>(state->snapshots[i]),
+                      trainer_->samples(), figures_.seconds.train);
     }
     LogInfo("resumed", {{"iteration", trainer_->iteration()}});
   } else if (!absl::IsNotFound(state.status())) {

@@ -26,6 +26,7 @@ _NEEDED = {
     "/usr/include/prometheus/registry.h": "prometheus-cpp-dev",
     "/usr/include/spdlog/spdlog.h": "libspdlog-dev",
     "/usr/include/stb/stb_image_write.h": "libstb-dev",
+    "/usr/include/tinyxml2.h": "libtinyxml2-dev",
     "/usr/include/zstd.h": "libzstd-dev",
     "/usr/lib/llvm-19/bin/clang": "clang-19",
     "/usr/lib/llvm-19/bin/ld.lld": "lld-19",
@@ -45,6 +46,10 @@ def _system_impl(ctx):
 
     # Eigen alone hides below a folder of its own.
     ctx.symlink("/usr/include/eigen3", "eigen3")
+
+    # Installed later than the others on many machines, whose compiler
+    # configuration has not seen its header in /usr/include.
+    ctx.symlink("/usr/include/tinyxml2.h", "tinyxml2/tinyxml2.h")
     ctx.symlink(ctx.attr.build_file, "BUILD.bazel")
 
 system_libraries = repository_rule(

@@ -113,10 +113,11 @@ Row Conv1dTranspose(const v1::Node& node, const Row& x, const Parameters& p) {
 
 Row LayerNorm(const v1::Node& node, const Row& x, const Parameters& p) {
   double mean = 0;
-  for (const double element : x) mean += element / x.size();
+  const double count = static_cast<double>(x.size());
+  for (const double element : x) mean += element / count;
   double variance = 0;
   for (const double element : x) {
-    variance += (element - mean) * (element - mean) / x.size();
+    variance += (element - mean) * (element - mean) / count;
   }
   Row y;
   for (size_t i = 0; i < x.size(); ++i) {
@@ -151,7 +152,7 @@ Row Argmin(const Row& x, const Parameters& p) {
     }
     if (distance < least) {
       least = distance;
-      nearest = code;
+      nearest = static_cast<double>(code);
     }
   }
   return {nearest};

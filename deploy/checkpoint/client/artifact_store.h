@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "common/blobs/blob_source.h"
 #include "proto/sinew/v1/checkpoint.pb.h"
 
@@ -28,11 +29,15 @@ namespace sinew::checkpoint {
 // lost); NOT_FOUND; DATA_LOSS: bytes do not match their digest.
 class ArtifactStore : public BlobSource {
  public:
-  // Stores bytes under their digest and returns it; harmless if they are there.
+  // Stores bytes under their digest and returns it; harmless if they are there
+  // (damaged bytes are replaced). They stay until an artifact names them and is
+  // dropped, or until DropBlobs.
   virtual absl::StatusOr<std::string> PutBlob(const Blob& blob) = 0;
 
-  // Registers an artifact. FAILED_PRECONDITION: a blob of it is missing;
-  // ALREADY_EXISTS: same id with other content (equal content is harmless).
+  // Registers an artifact; the store sets `sequence`, and `created_unix_s` if
+  // unset. FAILED_PRECONDITION: a blob of it is missing; ALREADY_EXISTS: same
+  // id with other content (equal content is harmless); INVALID_ARGUMENT: see
+  // validate_artifact.h.
   virtual absl::Status PutArtifact(const v1::Artifact& artifact) = 0;
 
   // By id or alias.
@@ -42,24 +47,31 @@ class ArtifactStore : public BlobSource {
   virtual absl::StatusOr<v1::ListArtifactsResponse> ListArtifacts(
       const std::string& kind) = 0;
 
-  // Points an alias at an artifact. FAILED_PRECONDITION if `expected_id` is
-  // not empty and the alias points elsewhere.
+  // Points an alias at an artifact (NOT_FOUND). FAILED_PRECONDITION if
+  // `expected_id` is not empty and the alias points elsewhere; harmless if it
+  // points at `id` already.
   virtual absl::Status SetAlias(const std::string& alias, const std::string& id,
                                 const std::string& expected_id = "") = 0;
 
-  // Removes the artifacts of a kind beyond the newest `keep` (>= 1), but none
-  // that an alias names, then the blobs that nothing refers to.
+  // Removes the artifacts of a kind beyond the newest `keep` (>= 1) whole
+  // ones, but none that an alias names, then the blobs that nothing refers to.
   virtual absl::Status Retain(const std::string& kind, int keep) = 0;
+
+  // Gives up blobs that were put for an artifact that will not come: they go
+  // unless something else needs them.
+  virtual absl::Status DropBlobs(absl::Span<const std::string> sha256s) = 0;
 };
 
 // Files of an artifact by relative path.
 using ArtifactFiles = std::map<std::string, Blob>;
 
-// Stores the files, then the artifact `record` with `files` filled in.
+// Stores the files, then the artifact `record` with `files` filled in. On an
+// error nothing of it stays.
 absl::Status PutFiles(ArtifactStore& store, v1::Artifact record,
                       const ArtifactFiles& files);
 
-// All files of an artifact, by id or alias, verified.
+// All files of an artifact, by id or alias, verified. Errors name artifact and
+// file.
 absl::StatusOr<ArtifactFiles> GetFiles(ArtifactStore& store,
                                        const std::string& name);
 

@@ -271,12 +271,14 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   SINEW_CHECK(WriteFileAtomically(JoinPath(folder, "toy.xml"), kModel).ok());
   SINEW_CHECK(WriteFileAtomically(text, kCharacter).ok());
   ToyWorld world;
+  world.folder = folder;
   world.recipe = recipe;
   auto character = character::Character::Load(text, recipe.physics());
   SINEW_CHECK(character.ok()) << character.status().ToString();
   world.character = *std::move(character);
-  SaveLibrary(*world.character, JoinPath(folder, "library"));
-  auto library = motion::Library::Load(JoinPath(folder, "library"));
+  world.library_folder = JoinPath(folder, "library");
+  SaveLibrary(*world.character, world.library_folder);
+  auto library = motion::Library::Load(world.library_folder);
   SINEW_CHECK(library.ok()) << library.status().ToString();
   world.library = *std::move(library);
   return world;

@@ -22,9 +22,12 @@ namespace sinew::world::testing {
 //   2 "tumble" 16 frames, does not loop: airborne, rolling over (no physics
 //              could follow it)
 struct ToyWorld {
+  // Holds character.textproto, its MJCF, and library/.
+  std::string folder;
   v1::Recipe recipe;  // defaults filled
   std::unique_ptr<const character::Character> character;
   std::unique_ptr<const motion::Library> library;
+  std::string library_folder;
 };
 
 // A recipe with all defaults.

@@ -1,0 +1,431 @@
+// An actor against a learner's services on a socket, without physics.
+#include "actor/service/actor.h"
+
+#include <future>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "actor/service/actor_metrics.h"
+#include "actor/service/testing/fake_engine.h"
+#include "actor/service/testing/fake_learner.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/metrics/registry.h"
+#include "common/metrics/testing/lint.h"
+#include "common/rpc/testing/socket_folder.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "replay/testing/segments.h"
+#include "replay/testing/test_replay.h"
+
+namespace sinew::actor {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+using ::testing::UnorderedElementsAre;
+
+// A learner whose orders are those of replay/testing/segments.h.
+class Learner : public FakeLearner {
+ public:
+  explicit Learner(const std::string& address,
+                   int64_t replay_bytes = int64_t{1} << 30)
+      : FakeLearner(address, {{"model", "the model"}}, replay_bytes) {
+    for (int i = 0; i < 8; ++i) Publish(absl::StrCat("snapshot ", i));
+  }
+
+  v1::Order MakeOrder(int64_t id, int64_t iteration = 0) {
+    const v1::OpenRequest::Expected expected =
+        replay::MakeExpected(id, iteration);
+    v1::Order order;
+    order.set_run_id(replay::kRun);
+    order.set_order_id(id);
+    order.set_kind(v1::Order::KIND_TRAIN);
+    order.set_iteration(iteration);
+    order.set_snapshot_version(expected.snapshot_version());
+    order.set_snapshot_sha256(expected.snapshot_sha256());
+    order.set_assets_sha256(assets_sha256());
+    order.set_layout_sha256(expected.layout_sha256());
+    order.set_horizon(replay::kSteps);
+    for (int i = 0; i < replay::kEnvironments; ++i) order.add_states();
+    return order;
+  }
+
+  // Opens an order at replay and gives it out.
+  void Add(int64_t id, int64_t iteration = 0) {
+    EXPECT_THAT(replay().Open(replay::MakeOpen({id}, iteration)), IsOk());
+    dispatcher().Add(MakeOrder(id, iteration));
+  }
+
+  absl::Status Take(const std::vector<int64_t>& ids) {
+    return replay().Take(ids).status();
+  }
+};
+
+class ActorTest : public ::testing::Test {
+ protected:
+  ~ActorTest() override {
+    engine_.Release();
+    if (running_.valid()) {
+      stop_.request_stop();
+      running_.wait();
+    }
+  }
+
+  Actor::Options Options(const std::string& address) {
+    Actor::Options options;
+    options.dispatcher_address = address;
+    options.cache_folder = folder_.path() + "/cache";
+    options.threads = 2;
+    options.name = "actor 1";
+    options.build = "build";
+    options.drain_timeout = absl::Seconds(30);
+    options.backoff = {.initial = absl::Milliseconds(1),
+                       .longest = absl::Milliseconds(20)};
+    return options;
+  }
+
+  void Start(const Actor::Options& options) {
+    auto actor = Actor::Create(options, engine_, metrics_);
+    ASSERT_THAT(actor, IsOk());
+    actor_ = *std::move(actor);
+    running_ = std::async(std::launch::async, [this] {
+      return actor_->Run(stop_.get_token());
+    });
+  }
+  void Start(const Learner& learner) { Start(Options(learner.address())); }
+
+  absl::Status End() { return running_.get(); }
+  absl::Status StopAndEnd() {
+    stop_.request_stop();
+    return End();
+  }
+
+  const rpc::SocketFolder folder_;
+  metrics::Registry registry_{{.role = "actor", .build = "build"}};
+  ActorMetrics metrics_{registry_};
+  FakeEngine engine_;
+  StopSource stop_;
+  std::unique_ptr<Actor> actor_;
+  std::future<absl::Status> running_;
+};
+
+TEST_F(ActorTest, WorksOverTcpFromAnEmptyFolder) {
+  Learner learner("127.0.0.1:0");
+  Start(learner);
+
+  for (int64_t id : {1, 2, 3, 4, 5}) learner.Add(id);
+
+  EXPECT_THAT(learner.Take({1, 2, 3, 4, 5}), IsOk());
+  learner.dispatcher().WaitForDone(5);
+  EXPECT_THAT(learner.dispatcher().done(), UnorderedElementsAre(1, 2, 3, 4, 5));
+  EXPECT_THAT(StopAndEnd(), IsOk());
+  // The list of assets and the model.
+  EXPECT_THAT(*ListDirectory(folder_.path() + "/cache"), SizeIs(2));
+}
+
+TEST_F(ActorTest, SaysWhoItIsAndStaysAlive) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+
+  learner.dispatcher().WaitForHeartbeats(3);
+
+  const auto registered = learner.dispatcher().registered();
+  ASSERT_THAT(registered, SizeIs(1));
+  EXPECT_EQ(registered[0].protocol_version(), 1);
+  EXPECT_EQ(registered[0].name(), "actor 1");
+  EXPECT_EQ(registered[0].build(), "build");
+  EXPECT_EQ(registered[0].threads(), 2);
+}
+
+TEST_F(ActorTest, KeepsOneOrderPerThreadInReserve) {
+  Learner learner(folder_.Address("l"));
+  engine_.Hold();
+  Start(learner);
+
+  learner.dispatcher().WaitForWanted(4);
+  for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
+  learner.dispatcher().WaitForWanted(0);
+  engine_.WaitUntilHeld(2);
+  engine_.Release();
+
+  learner.dispatcher().WaitForWanted(4);
+  EXPECT_THAT(learner.Take({1, 2, 3, 4}), IsOk());
+}
+
+TEST_F(ActorTest, FetchesEachSnapshotOnce) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+
+  for (int64_t id : {1, 2, 3, 4}) learner.Add(id, /*iteration=*/id / 3);
+
+  EXPECT_THAT(learner.Take({1, 2, 3, 4}), IsOk());
+  EXPECT_EQ(engine_.snapshots_loaded(), 2);
+}
+
+TEST_F(ActorTest, FinishesWhatRunsAndGivesBackTheRestWhenStopped) {
+  Learner learner(folder_.Address("l"));
+  engine_.Hold();
+  Start(learner);
+  for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
+  engine_.WaitUntilHeld(2);
+  learner.dispatcher().WaitForWanted(0);
+
+  stop_.request_stop();
+  learner.dispatcher().WaitForReturned(2);
+  engine_.Release();
+
+  EXPECT_THAT(End(), IsOk());
+  EXPECT_THAT(learner.dispatcher().returned(), UnorderedElementsAre(3, 4));
+  EXPECT_THAT(learner.dispatcher().done(), UnorderedElementsAre(1, 2));
+}
+
+TEST_F(ActorTest, GivesBackWhatItCannotFinishInTime) {
+  Learner learner(folder_.Address("l"));
+  engine_.Hold();
+  Actor::Options options = Options(learner.address());
+  options.drain_timeout = absl::Milliseconds(10);
+  Start(options);
+  for (int64_t id : {1, 2}) learner.Add(id);
+  engine_.WaitUntilHeld(2);
+
+  EXPECT_THAT(StopAndEnd(), IsOk());
+
+  learner.dispatcher().WaitForReturned(2);
+  EXPECT_THAT(learner.dispatcher().returned(), UnorderedElementsAre(1, 2));
+}
+
+TEST_F(ActorTest, GivesBackSegmentsThatReplayDoesNotTakeInTime) {
+  // Room for one segment, which is taken by another writer.
+  Learner learner(folder_.Address("l"), replay::TestReplay::SegmentBytes());
+  const auto other = learner.replay().OccupyRoom(9);
+  Actor::Options options = Options(learner.address());
+  options.drain_timeout = absl::Milliseconds(10);
+  Start(options);
+  learner.Add(1, /*iteration=*/1);
+  learner.dispatcher().WaitForGiven(1);
+  learner.dispatcher().WaitForWanted(4);
+
+  EXPECT_THAT(StopAndEnd(), IsOk());
+
+  learner.dispatcher().WaitForReturned(1);
+  EXPECT_THAT(learner.dispatcher().returned(), ElementsAre(1));
+}
+
+TEST_F(ActorTest, FinishesEverythingWhenTheLearnerDrains) {
+  Learner learner(folder_.Address("l"));
+  engine_.Hold();
+  Start(learner);
+  for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
+  learner.dispatcher().WaitForWanted(0);
+
+  learner.dispatcher().Drain();
+  engine_.Release();
+
+  EXPECT_THAT(End(), IsOk());
+  EXPECT_THAT(learner.dispatcher().done(), UnorderedElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(learner.dispatcher().returned(), SizeIs(0));
+}
+
+TEST_F(ActorTest, ComesBackToALearnerThatWasRestarted) {
+  auto first = std::make_unique<Learner>(folder_.Address("l"));
+  Start(*first);
+  first->Add(1);
+  EXPECT_THAT(first->Take({1}), IsOk());
+
+  first.reset();
+  Learner second(folder_.Address("l"));
+  second.Add(2);
+
+  EXPECT_THAT(second.Take({2}), IsOk());
+  second.dispatcher().WaitForDone(1);
+  EXPECT_GT(metrics_.reconnects.Value(), 0);
+}
+
+TEST_F(ActorTest, WaitsForALearnerThatIsNotUpYet) {
+  Start(Options(folder_.Address("l")));
+
+  Learner learner(folder_.Address("l"));
+  learner.Add(1);
+
+  EXPECT_THAT(learner.Take({1}), IsOk());
+}
+
+TEST_F(ActorTest, EndsWithAnErrorThatNamesTheLearnerThatStaysAway) {
+  auto learner = std::make_unique<Learner>(folder_.Address("l"));
+  Actor::Options options = Options(learner->address());
+  options.reconnect_timeout = absl::Milliseconds(50);
+  Start(options);
+  learner->Add(1);
+  EXPECT_THAT(learner->Take({1}), IsOk());
+
+  learner.reset();
+
+  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kUnavailable,
+                              HasSubstr(absl::StrCat(
+                                  "no learner at ", folder_.Address("l"),
+                                  " for 50ms; last error: "))));
+}
+
+TEST_F(ActorTest, AsksForAsManyOrdersAsBeforeAfterALostStream) {
+  auto first = std::make_unique<Learner>(folder_.Address("l"));
+  engine_.Hold();
+  Start(*first);
+  for (int64_t id : {1, 2, 3}) first->Add(id);
+  engine_.WaitUntilHeld(2);
+  first->dispatcher().WaitForWanted(1);
+
+  first.reset();
+  Learner second(folder_.Address("l"));
+  // Two of four places are taken by orders 1 and 2, which still run.
+  second.dispatcher().WaitForWanted(2);
+  engine_.Release();
+
+  second.dispatcher().WaitForWanted(4);
+}
+
+TEST_F(ActorTest, EndsWhenItIsRefused) {
+  Learner learner(folder_.Address("l"));
+  learner.dispatcher().Refuse(
+      absl::FailedPreconditionError("build: expected a, found build"));
+  Start(learner);
+
+  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kFailedPrecondition,
+                              HasSubstr("build: expected a, found build")));
+}
+
+TEST_F(ActorTest, StopsWhileNobodyAnswers) {
+  Start(Options(folder_.Address("nobody")));
+
+  EXPECT_THAT(StopAndEnd(), IsOk());
+}
+
+TEST_F(ActorTest, GivesBackAnOrderThatCannotWorkAndEndsWithTheError) {
+  Learner learner(folder_.Address("l"));
+  engine_.Fail(7, absl::InvalidArgumentError(
+                      "order field horizon: expected >= 1, found 0"));
+  Start(learner);
+
+  learner.Add(7);
+
+  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kInvalidArgument,
+                              HasSubstr("order 7: order field horizon")));
+  EXPECT_THAT(learner.dispatcher().returned(), ElementsAre(7));
+  EXPECT_THAT(learner.dispatcher().reasons()[0], HasSubstr("horizon"));
+}
+
+TEST_F(ActorTest, GivesBackAnOrderWhoseSnapshotIsGoneAndGoesOn) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+  v1::Order stale = learner.MakeOrder(1);
+  stale.set_snapshot_sha256(Sha256Hex("retired"));
+  learner.dispatcher().Add(stale);
+  learner.dispatcher().WaitForReturned(1);
+
+  learner.Add(2);
+
+  EXPECT_THAT(learner.Take({2}), IsOk());
+  EXPECT_THAT(learner.dispatcher().reasons()[0], HasSubstr("no blob"));
+}
+
+TEST_F(ActorTest, IsHeldBackByAFullReplay) {
+  // Room for one segment at a time, and one in the outbox.
+  Learner learner(folder_.Address("l"), replay::TestReplay::SegmentBytes());
+  Actor::Options options = Options(learner.address());
+  options.outbox_bytes = 1;
+  options.threads = 1;
+  Start(options);
+  auto other = learner.replay().OccupyRoom(9);
+  for (int64_t id : {1, 2, 3, 4}) learner.Add(id, /*iteration=*/id);
+  // Order 1 is in the outbox, 2 waits to get in, 3 in reserve: no more than
+  // one order was finished, so 3 of 4 were given out.
+  learner.dispatcher().WaitForGiven(3);
+  EXPECT_EQ(metrics_.accepted.Value(), 0);
+
+  other.reset();
+  for (int64_t id : {1, 2, 3, 4}) {
+    EXPECT_THAT(learner.Take({id}), IsOk());
+  }
+
+  learner.dispatcher().WaitForDone(4);
+  double blocked = 0;
+  for (const auto& done : learner.dispatcher().done_messages()) {
+    blocked += done.blocked_seconds();
+  }
+  EXPECT_GT(blocked, 0);
+}
+
+TEST_F(ActorTest, DropsWhatReplayRefusesAndCountsIt) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+
+  learner.dispatcher().Add(learner.MakeOrder(1));  // never opened
+  learner.dispatcher().WaitForDone(1);
+
+  EXPECT_THAT(registry_.Text(),
+              HasSubstr("sinew_segments_refused_total{reason=\"unexpected\"} "
+                        "1"));
+}
+
+TEST_F(ActorTest, ReportsItsMetricsByPrometheusRules) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+  learner.Add(1, /*iteration=*/1);
+  EXPECT_THAT(learner.Take({1}), IsOk());
+  learner.dispatcher().WaitForDone(1);
+
+  const std::string text = registry_.Text();
+
+  EXPECT_THAT(text, HasSubstr("sinew_env_steps_total 6"));
+  EXPECT_THAT(text, HasSubstr("sinew_physics_steps_total 1"));
+  EXPECT_THAT(text, HasSubstr("sinew_build_info{build=\"build\","));
+  for (const char* stage : {"simulate", "infer", "observe", "encode", "fetch",
+                            "idle", "blocked", "send"}) {
+    EXPECT_THAT(text,
+                HasSubstr(absl::StrCat("sinew_stage_seconds_total{stage=\"",
+                                       stage, "\"}")));
+  }
+  for (const char* reason :
+       {"terminated", "time_limit", "clip_end", "diverged"}) {
+    EXPECT_THAT(text,
+                HasSubstr(absl::StrCat("sinew_episode_ends_total{reason=\"",
+                                       reason, "\"}")));
+  }
+  EXPECT_THAT(text, HasSubstr("sinew_simulations_diverged_total 0"));
+  EXPECT_THAT(text, HasSubstr("sinew_queue_limit_bytes 6.7"));
+  EXPECT_THAT(text, HasSubstr("sinew_applied_policy_version 1"));
+  EXPECT_THAT(text, HasSubstr("sinew_segments_accepted_total 1"));
+  EXPECT_THAT(text, HasSubstr("sinew_publish_to_apply_seconds_count 1"));
+  EXPECT_THAT(metrics::Lint(text), IsOk());
+}
+
+TEST(Actor, RefusesImpossibleOptions) {
+  metrics::Registry registry({.role = "actor", .build = ""});
+  ActorMetrics metrics(registry);
+  FakeEngine engine;
+  Actor::Options options;
+  options.dispatcher_address = "unix:/tmp/x";
+  options.threads = 0;
+
+  EXPECT_THAT(Actor::Create(options, engine, metrics),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("threads: expected >= 1, found 0")));
+  options.threads = 1;
+  options.dispatcher_address = "nonsense";
+  EXPECT_THAT(Actor::Create(options, engine, metrics),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("nonsense")));
+}
+
+}  // namespace
+}  // namespace sinew::actor

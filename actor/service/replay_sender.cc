@@ -1,0 +1,106 @@
+#include "actor/service/replay_sender.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "common/logging.h"
+#include "common/rpc/watchdog.h"
+#include "replay/client/segment_stream.h"
+
+namespace sinew::actor {
+
+ReplaySender::ReplaySender(Options options, Outbox& outbox,
+                           ActorMetrics& metrics, OnVerdict on_verdict)
+    : options_(std::move(options)),
+      outbox_(outbox),
+      metrics_(metrics),
+      on_verdict_(std::move(on_verdict)),
+      backoff_(options_.backoff, static_cast<uint64_t>(getpid())),
+      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+ReplaySender::~ReplaySender() = default;
+
+void ReplaySender::SetPeer(std::shared_ptr<grpc::Channel> channel,
+                           std::string peer) {
+  MutexLock lock(mu_);
+  peer_ = {std::move(channel), std::move(peer)};
+  changed_.NotifyAll();
+}
+
+ReplaySender::Peer ReplaySender::WaitForPeer(const std::stop_token& stop) {
+  MutexLock lock(mu_);
+  while (peer_.channel == nullptr && changed_.Wait(mu_, stop)) {
+  }
+  return peer_;
+}
+
+void ReplaySender::Run(const std::stop_token& stop) {
+  while (outbox_.WaitForUnsent(stop)) {
+    const Peer peer = WaitForPeer(stop);
+    if (peer.channel == nullptr) return;
+    const absl::Status status = Stream(peer, stop);
+    outbox_.Rewind();
+    if (stop.stop_requested()) return;
+    // Given up because nothing moved for long, since there was nothing.
+    if (outbox_.bytes() == 0) continue;
+    metrics_.reconnects.Increment();
+    const absl::Duration wait = backoff_.Next();
+    LogWarning("stream to replay broke",
+               {{"reason", status.message()},
+                {"retry_seconds", absl::ToDoubleSeconds(wait)}});
+    if (!rpc::WaitFor(wait, stop)) return;
+  }
+}
+
+absl::Status ReplaySender::Stream(const Peer& peer,
+                                  const std::stop_token& stop) {
+  replay::SegmentStream stream(peer.channel, peer.name,
+                               absl::InfiniteDuration());
+  rpc::Watchdog watchdog(options_.stall_timeout, [&stream] { stream.Cancel(); });
+  std::stop_source broken;
+  const std::stop_callback cancel(stop, [&] {
+    broken.request_stop();
+    stream.Cancel();
+  });
+  absl::Status status;
+  std::jthread reader([&] {
+    while (status.ok()) {
+      const auto response = stream.Read();
+      watchdog.Feed();
+      if (!response.ok()) {
+        status = response.status();
+        break;
+      }
+      const OutgoingPtr segment = outbox_.Acknowledge(response->order_id());
+      if (segment == nullptr) {
+        status = absl::InternalError(
+            absl::StrCat(peer.name, ": verdict for order ",
+                         response->order_id(), ", which is not the next"));
+        break;
+      }
+      backoff_.Reset();
+      on_verdict_(*segment, *response);
+    }
+    broken.request_stop();
+    stream.Cancel();
+  });
+  while (const OutgoingPtr segment = outbox_.NextUnsent(broken.get_token())) {
+    const auto start = std::chrono::steady_clock::now();
+    const bool sent =
+        stream.Write(segment->run_id, segment->order_id, segment->bytes);
+    metrics_.stage_seconds.Add(
+        "send", std::chrono::duration<double>(
+                    std::chrono::steady_clock::now() - start)
+                    .count());
+    if (!sent) break;
+    watchdog.Feed();
+  }
+  reader.join();
+  return status;
+}
+
+}  // namespace sinew::actor

@@ -1,0 +1,181 @@
+#include "deploy/bundle/bundle_check.h"
+
+#include <mujoco/mujoco.h>
+
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/policy/ports.h"
+#include "common/policy/validate.h"
+#include "common/status_macros.h"
+#include "deploy/bundle/manifest.h"
+#include "sim/world/observation.h"
+
+namespace sinew::bundle {
+namespace {
+
+using google::protobuf::MessageLite;
+
+// Puts the file's name before an error of one of its parts.
+absl::Status In(const std::string& file, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(),
+                      absl::StrCat(file, ": ", status.message()));
+}
+
+// Compares manifest fields and keeps the first difference.
+class ManifestChecker {
+ public:
+  explicit ManifestChecker(const Bundle& bundle)
+      : file_(JoinPath(bundle.directory, kManifestFile)) {}
+
+  template <typename T>
+  void Equal(absl::string_view field, const T& expected, const T& found) {
+    if (!status_.ok() || expected == found) return;
+    status_ = absl::InvalidArgumentError(
+        absl::StrCat(file_, ": ", field, ": expected ", Show(expected),
+                     ", found ", Show(found)));
+  }
+  void SameAsInTask(absl::string_view field, const MessageLite& expected,
+                    const MessageLite& found) {
+    if (SerializeDeterministically(expected) !=
+        SerializeDeterministically(found)) {
+      Equal<std::string>(field, "what task says", "something else");
+    }
+  }
+  const absl::Status& status() const { return status_; }
+
+ private:
+  static std::string Show(const std::string& value) {
+    return absl::StrCat("\"", value, "\"");
+  }
+  static std::string Show(double value) {
+    return absl::StrFormat("%.9g", value);
+  }
+  static std::string Show(int64_t value) { return absl::StrCat(value); }
+  static std::string Show(int value) { return absl::StrCat(value); }
+
+  const std::string file_;
+  absl::Status status_;
+};
+
+void CheckJoint(const std::string& field, const character::JointInfo& expected,
+                const v1::BundleJoint& found, ManifestChecker& check) {
+  const std::string suffix = absl::StrCat(" (", expected.name, ")");
+  const auto compare = [&](const char* name, double want, double have) {
+    check.Equal(absl::StrCat(field, ".", name, suffix), want, have);
+  };
+  check.Equal(absl::StrCat(field, ".name"), expected.name, found.name());
+  compare("stiffness", expected.stiffness, found.stiffness());
+  compare("damping", expected.damping, found.damping());
+  compare("torque_limit", expected.torque_limit, found.torque_limit());
+  compare("lower", expected.lower, found.lower());
+  compare("upper", expected.upper, found.upper());
+  compare("default_position", expected.default_position,
+          found.default_position());
+}
+
+std::vector<std::string> TrackedBodies(const character::Character& character) {
+  std::vector<std::string> names;
+  for (int column : character.tracked()) {
+    const char* name = mj_id2name(character.model(), mjOBJ_BODY, column + 1);
+    names.push_back(name == nullptr ? "" : name);
+  }
+  return names;
+}
+
+absl::Status CheckCharacter(const Bundle& bundle) {
+  const character::Character& character = *bundle.character;
+  const v1::BundleManifest& manifest = bundle.manifest;
+  const auto joints = static_cast<int>(character.joints().size());
+  ManifestChecker check(bundle);
+  check.Equal("character", character.name(), manifest.character());
+  check.Equal("joints: their number", joints, manifest.joints_size());
+  for (int j = 0; j < joints && check.status().ok(); ++j) {
+    CheckJoint(absl::StrCat("joints[", j, "]"), character.joints()[j],
+               manifest.joints(j), check);
+  }
+  check.Equal("bodies", absl::StrJoin(TrackedBodies(character), ", "),
+              absl::StrJoin(manifest.bodies(), ", "));
+  check.Equal("character_sha256", character.digest(),
+              manifest.character_sha256());
+  return check.status();
+}
+
+absl::Status CheckTask(const Bundle& bundle) {
+  const v1::BundleManifest& manifest = bundle.manifest;
+  const std::string file = JoinPath(bundle.directory, kManifestFile);
+  const v1::Recipe recipe = TaskRecipe(manifest);
+  SINEW_RETURN_IF_ERROR(In(file, ValidateRecipe(recipe)));
+  ManifestChecker check(bundle);
+  check.Equal("control_hz", recipe.physics().control_hz(),
+              manifest.control_hz());
+  check.Equal("physics_hz", recipe.physics().physics_hz(),
+              manifest.physics_hz());
+  check.SameAsInTask("observation", manifest.task().observation(),
+                     manifest.observation());
+  check.SameAsInTask("action", manifest.task().action(), manifest.action());
+  return check.status();
+}
+
+absl::Status CheckWidths(const Bundle& bundle) {
+  const v1::BundleManifest& manifest = bundle.manifest;
+  const character::Character& character = *bundle.character;
+  const auto observation = world::ObservationBuilder::Create(
+      manifest.observation(), static_cast<int>(character.tracked().size()),
+      static_cast<int>(character.joints().size()),
+      static_cast<int>(character.foot_bodies().size()));
+  SINEW_RETURN_IF_ERROR(
+      In(JoinPath(bundle.directory, kManifestFile), observation.status()));
+  ManifestChecker check(bundle);
+  check.Equal<int64_t>("observation_width", observation->width(),
+                       manifest.observation_width());
+  check.Equal<int64_t>("action_width",
+                       static_cast<int64_t>(character.joints().size()),
+                       manifest.action_width());
+  return check.status();
+}
+
+absl::Status CheckGraph(const Bundle& bundle) {
+  const std::string weights = JoinPath(bundle.directory, kWeightsFile);
+  const std::string file = JoinPath(bundle.directory, kGraphFile);
+  SINEW_RETURN_IF_ERROR(In(file, policy::ValidateGraph(bundle.graph)));
+  SINEW_RETURN_IF_ERROR(CheckFinite(bundle.weights, weights));
+  SINEW_RETURN_IF_ERROR(
+      In(weights, policy::ValidateGraph(bundle.graph, bundle.weights)));
+  const auto ports = policy::FindPorts(bundle.graph, "policy");
+  if (absl::IsNotFound(ports.status())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(file, ": ", ports.status().message()));
+  }
+  SINEW_RETURN_IF_ERROR(In(file, ports.status()));
+  std::vector<std::string> names;
+  for (const v1::Graph& graph : bundle.graph.graphs()) {
+    names.push_back(graph.name());
+  }
+  ManifestChecker check(bundle);
+  check.Equal("graphs", absl::StrJoin(names, ", "),
+              absl::StrJoin(bundle.manifest.graphs(), ", "));
+  check.Equal("observation_width", ports->observation_width,
+              bundle.manifest.observation_width());
+  check.Equal("action_width", ports->action_width,
+              bundle.manifest.action_width());
+  return check.status();
+}
+
+}  // namespace
+
+absl::Status CheckBundle(const Bundle& bundle) {
+  SINEW_RETURN_IF_ERROR(CheckTask(bundle));
+  SINEW_RETURN_IF_ERROR(CheckCharacter(bundle));
+  SINEW_RETURN_IF_ERROR(CheckWidths(bundle));
+  return CheckGraph(bundle);
+}
+
+}  // namespace sinew::bundle

@@ -1,0 +1,109 @@
+#include "deploy/checkpoint/client/artifact_index.h"
+
+#include <string>
+
+#include "common/digest.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace sinew::checkpoint {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+v1::Artifact MakeArtifact(const std::string& id) {
+  v1::Artifact artifact;
+  artifact.set_id(id);
+  artifact.set_kind("state");
+  v1::Artifact::File& file = *artifact.add_files();
+  file.set_path("a");
+  file.set_sha256(Sha256Hex(id));
+  return artifact;
+}
+
+void Add(ArtifactIndex& index, const std::string& id) {
+  const auto record = index.Admit(MakeArtifact(id), /*now_unix_s=*/5);
+  ASSERT_THAT(record, IsOk());
+  index.Insert(*record);
+}
+
+TEST(ArtifactIndex, NumbersAndDatesWhatItAdmits) {
+  ArtifactIndex index;
+  Add(index, "a");
+  v1::Artifact dated = MakeArtifact("b");
+  dated.set_created_unix_s(3);
+
+  EXPECT_EQ(index.Get("a")->sequence(), 1);
+  EXPECT_EQ(index.Get("a")->created_unix_s(), 5);
+  EXPECT_EQ(index.Admit(dated, 5)->sequence(), 2);
+  EXPECT_EQ(index.Admit(dated, 5)->created_unix_s(), 3);
+}
+
+TEST(ArtifactIndex, AdmitsEqualContentAsItIs) {
+  ArtifactIndex index;
+  Add(index, "a");
+
+  EXPECT_EQ(index.Admit(MakeArtifact("a"), 9)->created_unix_s(), 5);
+}
+
+TEST(ArtifactIndex, NeedsABlobWhileAnArtifactNamesIt) {
+  ArtifactIndex index;
+  Add(index, "a");
+  EXPECT_TRUE(index.IsNeeded(Sha256Hex("a")));
+
+  index.Erase("a");
+
+  EXPECT_FALSE(index.IsNeeded(Sha256Hex("a")));
+}
+
+TEST(ArtifactIndex, NeedsABlobUntilEveryHoldOfItEnds) {
+  ArtifactIndex index;
+  index.Hold("x");
+  index.Hold("x");
+
+  index.Release("x");
+  EXPECT_TRUE(index.IsNeeded("x"));
+  index.Release("x");
+  EXPECT_FALSE(index.IsNeeded("x"));
+  index.Release("x");
+  EXPECT_FALSE(index.IsNeeded("x"));
+}
+
+TEST(ArtifactIndex, EndsAHoldThatIsTooOld) {
+  ArtifactIndex index;
+  index.Hold("x");
+  for (int i = 0; i < ArtifactIndex::kMaxAge; ++i) index.Age();
+  EXPECT_TRUE(index.IsNeeded("x"));
+
+  index.Age();
+
+  EXPECT_FALSE(index.IsNeeded("x"));
+}
+
+TEST(ArtifactIndex, FindsTheSurplusBeyondTheNewestWholeOnes) {
+  ArtifactIndex index;
+  for (const char* id : {"a", "b", "c", "d"}) Add(index, id);
+  index.InsertAlias("best", "a");
+
+  // d is broken, so c is the newest whole one.
+  const auto surplus = index.Surplus(
+      "state", 1, [](const v1::Artifact& one) { return one.id() != "d"; });
+
+  EXPECT_THAT(surplus, ElementsAre("b"));
+}
+
+TEST(ArtifactIndex, SaysWhatAnAliasOfNothingNames) {
+  ArtifactIndex index;
+  index.InsertAlias("latest", "gone");
+
+  EXPECT_THAT(index.Get("latest"),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("no artifact gone, which alias latest names")));
+}
+
+}  // namespace
+}  // namespace sinew::checkpoint

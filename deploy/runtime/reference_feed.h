@@ -1,0 +1,121 @@
+#ifndef SINEW_DEPLOY_RUNTIME_REFERENCE_FEED_H_
+#define SINEW_DEPLOY_RUNTIME_REFERENCE_FEED_H_
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "deploy/runtime/pose.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "sim/character/character.h"
+#include "sim/character/model_ptr.h"
+#include "sim/motion/library.h"
+#include "sim/world/body_state.h"
+
+namespace sinew::runtime {
+
+// The reference at the frames that a policy looks at: rows of a library's clip,
+// or the caller's poses, whose body poses come by forward kinematics.
+//
+// Frames are numbered as in offsets(): first the observation's frames ahead,
+// then the next frame where the action law needs it and it is not among them.
+//
+// Thread-safety: one caller. Ownership: borrows character, owns library and
+// buffers. Blocking: only LoadLibrary (disk); Load... neither allocate nor
+// lock. Errors: name field, expected and found.
+class ReferenceFeed {
+ public:
+  enum class Align { kNone, kToBody };
+
+  // `task` has its defaults filled; `control_hz` is the rate of frames.
+  ReferenceFeed(const character::Character& character, const v1::Recipe& recipe,
+                absl::Span<const int> frames_ahead);
+
+  // Control steps ahead of now, one per frame.
+  absl::Span<const int> offsets() const { return offsets_; }
+
+  // INVALID_ARGUMENT: of another character or rate.
+  absl::Status LoadLibrary(const std::string& directory);
+  // Null before.
+  const motion::Library* library() const { return library_.get(); }
+
+  // NOT_FOUND: no such clip, listing those that there are.
+  absl::Status Play(absl::string_view clip, double seconds, Align align);
+  absl::Status Seek(double seconds);
+  bool playing() const { return clip_ >= 0; }
+  // The clip's last frame is reached; the feed stays there.
+  bool is_over() const;
+  // True once an aligned clip waits for AlignTo.
+  bool wants_alignment() const { return wants_alignment_; }
+  // Moves what plays so that the frame of now stands (in the plane) and heads
+  // as the body does; `position` is null where only the heading is known.
+  void AlignTo(const double* position, const double* rotation_wxyz);
+
+  // Fills all frames. LoadPlayed: a clip plays (CHECKed). LoadGiven: poses that
+  // CheckPose accepts, one per offset.
+  void LoadPlayed();
+  void LoadGiven(absl::Span<const Pose> frames);
+  // The clip moves on by a frame.
+  void Advance() { ++frame_; }
+
+  // Of the observation's frames, after a Load.
+  absl::Span<const world::BodyState> observed() const { return observed_; }
+  absl::Span<const float* const> observed_contact() const { return contact_; }
+  // Joints and torques of the next frame (of any frame where the action law
+  // needs none).
+  const motion::FrameView& next() const { return views_[next_]; }
+  // Where the root of the reference is now, in the plane, by going back from
+  // the first observed frame at its velocity.
+  Eigen::Vector2d RootNow() const;
+
+  // Reads the clip's frame `ahead` steps from now, aligned.
+  void ReadPlayed(int ahead, PoseBuffer* out);
+  // The library's row of now, not aligned, for the initial target.
+  const motion::FrameView& RowOfNow();
+  // Joints and torques of a pose, until the next Load.
+  const motion::FrameView& RowOf(const Pose& pose);
+
+ private:
+  void Transform(world::BodyState* state) const;
+  // Copies a pose's joints, torques and contacts into numbers_ and views_.
+  void Copy(const Pose& pose, size_t index);
+
+  const character::Character& character_;
+  const world::BodyReader reader_;
+  const double control_hz_;
+  std::vector<int> offsets_;
+  size_t next_ = 0;  // index in offsets_
+
+  std::unique_ptr<const motion::Library> library_;
+  int clip_ = -1;
+  int64_t frame_ = 0;
+  bool wants_alignment_ = false;
+  // Reference to world: turn about z, then move.
+  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d move_ = Eigen::Vector3d::Zero();
+  bool is_moved_ = false;
+
+  std::vector<world::BodyState> observed_;
+  std::vector<const float*> contact_;
+  std::vector<motion::FrameView> views_;  // by offset; joints, torque, contact
+  // Of a played clip: by offset, and of now.
+  std::vector<std::unique_ptr<motion::ReferenceFrame>> rows_;
+  std::unique_ptr<motion::ReferenceFrame> row_of_now_;
+  // Of given poses: by offset.
+  struct Numbers {
+    std::vector<float> joint_position, joint_velocity, torque, contact;
+  };
+  std::vector<Numbers> numbers_;
+  const character::DataPtr data_;
+};
+
+}  // namespace sinew::runtime
+
+#endif  // SINEW_DEPLOY_RUNTIME_REFERENCE_FEED_H_

@@ -1,0 +1,222 @@
+#include "deploy/runtime/runtime.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/memory/memory.h"
+#include "absl/strings/str_cat.h"
+#include "common/policy/ports.h"
+#include "common/status_macros.h"
+#include "deploy/runtime/root_estimate.h"
+#include "sim/world/foot_contact.h"
+
+namespace sinew::runtime {
+namespace {
+
+int Count(size_t size) { return static_cast<int>(size); }
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Runtime>> Runtime::Open(
+    const std::string& bundle_directory) {
+  SINEW_ASSIGN_OR_RETURN(bundle::Bundle bundle,
+                         bundle::ReadBundle(bundle_directory));
+  const character::Character& character = *bundle.character;
+  SINEW_ASSIGN_OR_RETURN(
+      world::ObservationBuilder observation,
+      world::ObservationBuilder::Create(bundle.manifest.observation(),
+                                        Count(character.tracked().size()),
+                                        Count(character.joints().size()),
+                                        Count(character.foot_bodies().size())));
+  auto runtime =
+      absl::WrapUnique(new Runtime(std::move(bundle), std::move(observation)));
+  SINEW_RETURN_IF_ERROR(runtime->Bind());
+  return runtime;
+}
+
+Runtime::Runtime(bundle::Bundle bundle, world::ObservationBuilder observation)
+    : bundle_(std::move(bundle)),
+      builder_(std::move(observation)),
+      reader_(character()),
+      law_(bundle::TaskRecipe(bundle_.manifest).task().action(),
+           character().joints()),
+      data_(mj_makeData(character().model())),
+      body_(reader_.num_bodies(), reader_.num_joints()),
+      self_contact_(character().foot_bodies().size()),
+      previous_target_(reader_.num_joints()),
+      shown_target_(reader_.num_joints()),
+      new_target_(reader_.num_joints()) {
+  const v1::Recipe recipe = bundle::TaskRecipe(bundle_.manifest);
+  feed_ = std::make_unique<ReferenceFeed>(character(), recipe,
+                                          builder_.frames_ahead());
+  state_needs_.joints = reader_.num_joints();
+  state_needs_.feet = Count(self_contact_.size());
+  reference_needs_ = state_needs_;
+  reference_needs_.root = true;
+  reference_needs_.contact =
+      builder_.Has(v1::Observation::BLOCK_REFERENCE_CONTACT);
+  reference_needs_.torque = recipe.task().action().torque_feedforward();
+}
+
+absl::Status Runtime::Bind() {
+  SINEW_ASSIGN_OR_RETURN(
+      const auto pack,
+      policy::PackWeights(bundle_.graph, "policy", bundle_.weights));
+  SINEW_ASSIGN_OR_RETURN(executor_, policy::Executor::Create(pack, 1));
+  SINEW_ASSIGN_OR_RETURN(const policy::Ports ports,
+                         policy::FindPorts(bundle_.graph, "policy"));
+  observation_ = executor_->input(executor_->input_index(ports.observation));
+  observation_ = observation_.first(builder_.width());
+  action_tap_ = executor_->tap_index(ports.action);
+  return absl::OkStatus();
+}
+
+int Runtime::num_joints() const { return reader_.num_joints(); }
+
+absl::Span<const float> Runtime::action() const {
+  return executor_->tap(action_tap_).first(previous_target_.size());
+}
+
+absl::Status Runtime::LoadLibrary(const std::string& directory) {
+  SINEW_RETURN_IF_ERROR(feed_->LoadLibrary(directory));
+  is_reset_ = false;
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::Play(absl::string_view clip, double seconds,
+                           Align align) {
+  SINEW_RETURN_IF_ERROR(feed_->Play(clip, seconds, align));
+  is_reset_ = false;
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::ReadReference(int ahead, PoseBuffer* out) {
+  if (!feed_->playing()) {
+    return absl::FailedPreconditionError("reference: expected a clip to play");
+  }
+  if (ahead < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("ahead: expected >= 0, found ", ahead));
+  }
+  feed_->ReadPlayed(ahead, out);
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::Reset(const Pose& state, const Pose* reference) {
+  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  if (reference == nullptr && !feed_->playing()) {
+    return absl::FailedPreconditionError(
+        "reset: expected a clip to play or a reference frame, found neither");
+  }
+  const absl::Span<const double> q(state.joint_position,
+                                   previous_target_.size());
+  const absl::Span<double> target = absl::MakeSpan(previous_target_);
+  if (reference != nullptr) {
+    SINEW_RETURN_IF_ERROR(CheckPose(*reference, reference_needs_, "reference"));
+    law_.InitialTarget(q, feed_->RowOf(*reference), target);
+  } else {
+    if (feed_->wants_alignment()) {
+      feed_->AlignTo(state.root_position, state.root_rotation);
+    }
+    law_.InitialTarget(q, feed_->RowOfNow(), target);
+  }
+  is_reset_ = true;
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::CheckStep(const Pose& state,
+                                absl::Span<double> target) const {
+  if (!is_reset_) {
+    return absl::FailedPreconditionError("step: expected a reset first");
+  }
+  if (target.size() != previous_target_.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("target: expected room for ", previous_target_.size(),
+                     " joints, found ", target.size()));
+  }
+  return CheckPose(state, state_needs_, "state");
+}
+
+absl::Status Runtime::Step(const Pose& state, absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(CheckStep(state, target));
+  if (!feed_->playing()) {
+    return absl::FailedPreconditionError("step: expected a clip to play");
+  }
+  feed_->LoadPlayed();
+  SINEW_RETURN_IF_ERROR(Act(state, target));
+  feed_->Advance();
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::StepTo(const Pose& state, absl::Span<const Pose> frames,
+                             absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(CheckStep(state, target));
+  if (frames.size() != feed_->offsets().size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frames: expected ", feed_->offsets().size(), ", found ",
+                     frames.size()));
+  }
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SINEW_RETURN_IF_ERROR(CheckPose(frames[i], reference_needs_, "frames"));
+  }
+  feed_->LoadGiven(frames);
+  return Act(state, target);
+}
+
+// The body's state into data_ and body_, with what an IMU cannot give.
+void Runtime::PlaceBody(const Pose& state) {
+  SetPose(character(), state, data_.get());
+  const mjModel* model = character().model();
+  double* position = data_->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  double* velocity = data_->qvel + model->jnt_dofadr[model->body_jntadr[1]];
+  if (state.root_position == nullptr ||
+      state.root_linear_velocity == nullptr) {
+    std::fill_n(velocity, 3, 0.0);
+    const RootEstimate estimate = EstimateRoot(character(), data_.get());
+    const Eigen::Vector2d plane = feed_->RootNow();
+    const double guess[3] = {plane.x(), plane.y(), estimate.height};
+    std::copy_n(state.root_position == nullptr ? guess : state.root_position, 3,
+                position);
+    std::copy_n(state.root_linear_velocity == nullptr
+                    ? estimate.linear_velocity.data()
+                    : state.root_linear_velocity,
+                3, velocity);
+  }
+  world::BodyReader::Refresh(model, data_.get());
+  reader_.Read(model, data_.get(), &body_);
+}
+
+void Runtime::Observe(const Pose& state) {
+  PlaceBody(state);
+  if (builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
+    world::ReadFootContacts(character(), data_.get(),
+                            absl::MakeSpan(self_contact_));
+  }
+  std::copy_n(state.previous_target == nullptr ? previous_target_.data()
+                                               : state.previous_target,
+              shown_target_.size(), shown_target_.begin());
+  builder_.Build({.body = &body_,
+                  .reference = feed_->observed(),
+                  .reference_contact = feed_->observed_contact(),
+                  .previous_target = shown_target_,
+                  .self_contact = self_contact_},
+                 observation_);
+}
+
+absl::Status Runtime::Act(const Pose& state, absl::Span<double> target) {
+  Observe(state);
+  executor_->Run(1);
+  for (const float value : action()) {
+    if (std::isfinite(value)) continue;
+    return absl::InternalError(
+        absl::StrCat("action: expected finite numbers, found ", value));
+  }
+  law_.Target(body_.joint_position, feed_->next(), action(),
+              absl::MakeSpan(new_target_));
+  previous_target_.swap(new_target_);
+  std::copy(previous_target_.begin(), previous_target_.end(), target.begin());
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::runtime

@@ -1,0 +1,52 @@
+#include "deploy/runtime/simulation.h"
+
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "common/status_macros.h"
+
+namespace sinew::runtime {
+namespace {
+
+int Substeps(const v1::Physics& physics) {
+  return static_cast<int>(
+      std::lround(physics.physics_hz() / physics.control_hz()));
+}
+
+}  // namespace
+
+Simulation::Simulation(const Runtime& policy)
+    : character_(policy.character()),
+      actuation_(character_, Substeps(policy.bundle().manifest.physics()),
+                 policy.bundle().manifest.action().ramp()),
+      data_(mj_makeData(character_.model())),
+      pose_(policy.num_joints()),
+      previous_target_(policy.num_joints()),
+      target_(policy.num_joints()) {
+  pose_.Read(character_, *data_);
+}
+
+absl::Status Simulation::Start(Runtime& policy) {
+  SINEW_RETURN_IF_ERROR(policy.ReadReference(/*ahead=*/0, &pose_));
+  mj_resetData(character_.model(), data_.get());
+  SetPose(character_, pose_.pose(), data_.get());
+  pose_.Read(character_, *data_);
+  SINEW_RETURN_IF_ERROR(policy.Reset(pose_.pose(), /*reference=*/nullptr));
+  previous_target_.assign(policy.previous_target().begin(),
+                          policy.previous_target().end());
+  return absl::OkStatus();
+}
+
+absl::Status Simulation::Step() {
+  const world::ActuationResult result =
+      actuation_.Run(previous_target_, target_, data_.get());
+  previous_target_ = target_;
+  if (result.diverged) {
+    return absl::InternalError(
+        absl::StrCat("simulation diverged at ", data_->time, " s"));
+  }
+  pose_.Read(character_, *data_);
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::runtime

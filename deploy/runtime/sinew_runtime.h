@@ -1,0 +1,127 @@
+/* Runs a policy bundle on a robot or in a simulator, from plain numbers.
+ *
+ * Plain C; link with libsinew_runtime.so. One control step, control_hz times a
+ * second:
+ *
+ *   sinew_runtime* policy = sinew_open("bundle", error, sizeof error);
+ *   sinew_load_library(policy, "library");           // or give frames yourself
+ *   sinew_play(policy, "walk", 0.0, SINEW_ALIGN_TO_BODY);
+ *   sinew_reset(policy, &state, NULL);
+ *   for (;;) {
+ *     ... fill state from sensors ...
+ *     if (sinew_step(policy, &state, target) != 0) puts(sinew_error(policy));
+ *     ... hand target to the joints' PD controllers ...
+ *   }
+ *   sinew_close(policy);
+ *
+ * Conventions: SI units, world z up, quaternions w x y z, joints in the order
+ * of sinew_joint_name(). J joints, F feet.
+ *
+ * Thread-safety: one thread per handle. Blocking: sinew_open and
+ * sinew_load_library read files; all else computes for well under a
+ * millisecond and takes nothing from the heap unless it fails. Errors: a
+ * function that returns int returns 0, or -1 with the reason in sinew_error(),
+ * which names the field, what was expected and what was found; the handle is
+ * then as it was before the call.
+ */
+#ifndef SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
+#define SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct sinew_runtime sinew_runtime;
+
+/* A body at one moment: the robot's state, or a frame of a reference. Arrays
+ * are borrowed for the call. Zero the struct, then set what is known. */
+typedef struct sinew_pose {
+  const double* joint_position;        /* [J] rad */
+  const double* joint_velocity;        /* [J] rad/s */
+  const double* root_rotation;         /* [4] root to world */
+  const double* root_angular_velocity; /* [3] rad/s in the ROOT's frame, as a
+                                          gyroscope in it gives and MuJoCo has
+                                          in qvel */
+  /* What an IMU cannot give. NULL in a state: estimated (README.md), with the
+   * lowest sole on the floor and standing still. Needed in a reference. */
+  const double* root_position;         /* [3] m */
+  const double* root_linear_velocity;  /* [3] m/s, world */
+  /* State only. NULL: the target that the last step returned. */
+  const double* previous_target;       /* [J] rad */
+  /* Reference only; needed if sinew_needs_contact / sinew_needs_torque. */
+  const double* contact;               /* [F] 1 where a foot bears weight */
+  const double* feedforward_torque;    /* [J] Nm */
+} sinew_pose;
+
+/* Reads and checks a bundle. NULL on failure, with the reason in `error`
+ * (`error_size` bytes, may be 0). */
+sinew_runtime* sinew_open(const char* bundle_directory, char* error,
+                          size_t error_size);
+/* NULL is allowed. */
+void sinew_close(sinew_runtime* runtime);
+/* The last error; "" if there was none. Valid until the next call. */
+const char* sinew_error(const sinew_runtime* runtime);
+
+/* What the policy is for. */
+double sinew_control_hz(const sinew_runtime* runtime);
+int sinew_joint_count(const sinew_runtime* runtime);
+/* NULL if `joint` is out of range. */
+const char* sinew_joint_name(const sinew_runtime* runtime, int joint);
+/* Gains and limits that the targets are meant for: torque = stiffness (target
+ * - q) - damping dq, limited. Each array [J], or NULL. */
+void sinew_gains(const sinew_runtime* runtime, double* stiffness,
+                 double* damping, double* torque_limit);
+/* 1: the target moves linearly from the previous one over the control step;
+ * 0: it jumps and is held. */
+int sinew_ramps_target(const sinew_runtime* runtime);
+int sinew_foot_count(const sinew_runtime* runtime);
+int sinew_needs_contact(const sinew_runtime* runtime);
+int sinew_needs_torque(const sinew_runtime* runtime);
+
+/* A reference from a motion library (`sinew motion import`) of the same
+ * character and rate. */
+int sinew_load_library(sinew_runtime* runtime, const char* library_directory);
+int sinew_clip_count(const sinew_runtime* runtime);
+const char* sinew_clip_name(const sinew_runtime* runtime, int clip);
+enum {
+  SINEW_ALIGN_NONE = 0,   /* the clip's own place in the world */
+  SINEW_ALIGN_TO_BODY = 1 /* sinew_reset moves it to where the body stands and
+                             turns it to where it heads */
+};
+/* From `seconds` (>= 0) into a clip. Then sinew_reset. */
+int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
+               int align);
+/* Moves on in the clip that plays, e.g. after missed steps. */
+int sinew_seek(sinew_runtime* runtime, double seconds);
+/* 1 if the clip that plays is over (its last frame is held). */
+int sinew_clip_is_over(const sinew_runtime* runtime);
+/* The clip's frame `ahead` (>= 0) control steps from now; arrays as in
+ * sinew_pose, each or NULL. */
+int sinew_reference(sinew_runtime* runtime, int ahead, double* root_position,
+                    double* root_rotation, double* root_linear_velocity,
+                    double* root_angular_velocity, double* joint_position,
+                    double* joint_velocity);
+
+/* A reference that the caller makes: frames that sinew_step_to wants, and how
+ * many control steps ahead frame `index` lies (-1 if out of range). */
+int sinew_frame_count(const sinew_runtime* runtime);
+int sinew_frame_ahead(const sinew_runtime* runtime, int index);
+
+/* Begins an episode at `state`. `reference`: the frame of now; NULL where a
+ * clip plays. */
+int sinew_reset(sinew_runtime* runtime, const sinew_pose* state,
+                const sinew_pose* reference);
+/* One control step: targets [J] rad from the state. The clip that plays moves
+ * on by a frame. */
+int sinew_step(sinew_runtime* runtime, const sinew_pose* state, double* target);
+/* The same with the caller's frames [sinew_frame_count()]. */
+int sinew_step_to(sinew_runtime* runtime, const sinew_pose* state,
+                  const sinew_pose* frames, double* target);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_ */

@@ -1,0 +1,224 @@
+#include "tools/bench/actor_figures.h"
+
+#include <algorithm>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "actor/prepared_snapshot.h"
+#include "actor/rollout.h"
+#include "common/digest.h"
+#include "common/policy/builder.h"
+#include "common/policy/executor.h"
+#include "common/policy/safetensors.h"
+#include "common/status_macros.h"
+#include "tools/bench/raw_physics.h"
+#include "tools/bench/thread_seconds.h"
+
+namespace sinew::bench {
+namespace {
+
+// One value per round.
+struct Rounds {
+  std::vector<double> ratio, rollout_rate, raw_rate, step_us, other_us,
+      products_us;
+
+  void Add(const Rounds& other) {
+    for (auto member :
+         {&Rounds::ratio, &Rounds::rollout_rate, &Rounds::raw_rate,
+          &Rounds::step_us, &Rounds::other_us, &Rounds::products_us}) {
+      (this->*member)
+          .insert((this->*member).end(), (other.*member).begin(),
+                  (other.*member).end());
+    }
+  }
+};
+
+// The policy's LINEAR nodes, one after another, and nothing else.
+absl::StatusOr<std::unique_ptr<policy::Executor>> ProductsAlone(
+    const actor::RolloutAssets& assets, int batch) {
+  v1::PolicyGraph graph;
+  graph.set_format_version(1);
+  v1::Graph& chain = *graph.add_graphs();
+  chain.set_name("products");
+  TensorMap weights;
+  std::string value = "x";
+  int64_t width = assets.task().observation_width();
+  v1::GraphInput& input = *chain.add_inputs();
+  input.set_name(value);
+  input.set_width(width);
+  input.set_kind(v1::GraphInput::KIND_DATA);
+  const auto add = [&](const std::string& name, std::vector<int64_t> shape) {
+    v1::Parameter& parameter = *graph.add_parameters();
+    parameter.set_name(name);
+    for (int64_t extent : shape) parameter.add_shape(extent);
+    HostTensor tensor = HostTensor::Zeros(shape);
+    for (float& element : tensor.mutable_float32()) element = 0.01F;
+    weights[name] = std::move(tensor);
+  };
+  std::vector<int64_t> widths(assets.recipe().network().policy_hidden().begin(),
+                              assets.recipe().network().policy_hidden().end());
+  widths.push_back(assets.task().action_width());
+  for (size_t i = 0; i < widths.size(); ++i) {
+    v1::Node& node = *chain.add_nodes();
+    node.set_name(absl::StrCat("product", i));
+    node.set_op(v1::OP_LINEAR);
+    node.add_inputs(value);
+    node.add_parameters(absl::StrCat("weight", i));
+    node.add_parameters(absl::StrCat("bias", i));
+    add(node.parameters(0), {widths[i], width});
+    add(node.parameters(1), {widths[i]});
+    value = node.name();
+    width = widths[i];
+  }
+  v1::Tap& tap = *chain.add_taps();
+  tap.set_name("result");
+  tap.set_value(value);
+  SINEW_ASSIGN_OR_RETURN(auto pack,
+                         policy::PackWeights(graph, "products", weights));
+  return policy::Executor::Create(std::move(pack), batch);
+}
+
+// A thread's part: orders in a chain, each followed by its physics alone.
+class Bench {
+ public:
+  Bench(const ActorOptions& options, const actor::RolloutAssets& assets,
+        const actor::PreparedSnapshot& snapshot, int thread)
+      : options_(options),
+        assets_(assets),
+        snapshot_(snapshot),
+        raw_(assets.task()) {
+    order_.set_run_id("bench");
+    order_.set_kind(v1::Order::KIND_TRAIN);
+    order_.set_snapshot_version(snapshot.version());
+    order_.set_snapshot_sha256(snapshot.sha256());
+    order_.set_layout_sha256(assets.layout_sha256());
+    order_.set_horizon(options.horizon);
+    order_.set_first_environment(thread * options.environments);
+    for (int e = 0; e < options.environments; ++e) order_.add_states();
+  }
+
+  absl::Status Run(const std::shared_ptr<const actor::RolloutAssets>& assets,
+                   Rounds* rounds) {
+    SINEW_ASSIGN_OR_RETURN(
+        worker_, actor::RolloutWorker::Create(assets, options_.environments));
+    SINEW_ASSIGN_OR_RETURN(products_,
+                           ProductsAlone(assets_, options_.environments));
+    Rounds warm_up;
+    SINEW_RETURN_IF_ERROR(Round(&warm_up));
+    for (int i = 0; i < options_.rounds; ++i) {
+      SINEW_RETURN_IF_ERROR(Round(rounds));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::Status Round(Rounds* rounds) {
+    const double begin = ThreadSeconds();
+    SINEW_ASSIGN_OR_RETURN(const v1::Segment segment,
+                           worker_->Run(order_, snapshot_));
+    bytes_.clear();
+    segment.AppendToString(&bytes_);
+    const double rollout = ThreadSeconds() - begin;
+
+    SINEW_RETURN_IF_ERROR(raw_.Prepare(order_, segment));
+    const double raw_begin = ThreadSeconds();
+    const int64_t raw_steps = raw_.Run();
+    const double raw = ThreadSeconds() - raw_begin;
+
+    const double products_begin = ThreadSeconds();
+    for (int i = 0; i < options_.horizon; ++i) {
+      products_->Run(options_.environments);
+    }
+    const double products = ThreadSeconds() - products_begin;
+    *order_.mutable_states() = segment.end_states();
+    order_.set_order_id(order_.order_id() + 1);
+    // The first order starts afresh: there is nothing to compare it with.
+    if (raw_steps == 0) return absl::OkStatus();
+
+    const double control_steps = options_.environments * options_.horizon;
+    const auto steps = static_cast<double>(segment.physics_steps());
+    rounds->rollout_rate.push_back(steps / rollout);
+    rounds->raw_rate.push_back(static_cast<double>(raw_steps) / raw);
+    rounds->ratio.push_back(rounds->rollout_rate.back() /
+                            rounds->raw_rate.back());
+    rounds->step_us.push_back(1e6 * rollout / control_steps);
+    rounds->other_us.push_back(rounds->step_us.back() -
+                               1e6 * assets_.task().substeps() /
+                                   rounds->raw_rate.back());
+    rounds->products_us.push_back(1e6 * products / control_steps);
+    return absl::OkStatus();
+  }
+
+  const ActorOptions& options_;
+  const actor::RolloutAssets& assets_;
+  const actor::PreparedSnapshot& snapshot_;
+  RawPhysics raw_;
+  std::unique_ptr<actor::RolloutWorker> worker_;
+  std::unique_ptr<policy::Executor> products_;
+  v1::Order order_;
+  std::string bytes_;
+};
+
+}  // namespace
+
+absl::StatusOr<ActorFigures> MeasureActor(
+    const ActorOptions& options,
+    const std::shared_ptr<const actor::RolloutAssets>& assets,
+    const v1::Snapshot& snapshot) {
+  if (options.threads < 1 || options.rounds < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("threads and rounds: expected >= 1, found ",
+                     options.threads, " and ", options.rounds));
+  }
+  SINEW_ASSIGN_OR_RETURN(
+      const auto prepared,
+      actor::PrepareSnapshot(
+          snapshot, Sha256Hex(SerializeDeterministically(snapshot)), *assets));
+  std::vector<Rounds> rounds(options.threads);
+  std::vector<absl::Status> statuses(options.threads);
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < options.threads; ++t) {
+      threads.emplace_back([&, t] {
+        statuses[t] =
+            Bench(options, *assets, *prepared, t).Run(assets, &rounds[t]);
+      });
+    }
+  }
+  for (const absl::Status& status : statuses) SINEW_RETURN_IF_ERROR(status);
+  Rounds all;
+  for (const Rounds& one : rounds) all.Add(one);
+  if (all.ratio.empty()) {
+    return absl::InternalError("bench: no episode outlived an order");
+  }
+  return ActorFigures{.threads = options.threads,
+                      .ratio = Median(all.ratio),
+                      .rollout_steps_per_s = Median(all.rollout_rate),
+                      .raw_steps_per_s = Median(all.raw_rate),
+                      .step_us = Median(all.step_us),
+                      .other_us = Median(all.other_us),
+                      .products_us = Median(all.products_us)};
+}
+
+absl::StatusOr<v1::Snapshot> IdlePolicy(const actor::RolloutAssets& assets) {
+  policy::TrackingPolicyOptions options;
+  options.observation_width = assets.task().observation_width();
+  options.action_width = assets.task().action_width();
+  options.network = assets.recipe().network();
+  options.network.set_initial_std(0.05);
+  v1::Snapshot snapshot;
+  SINEW_ASSIGN_OR_RETURN(*snapshot.mutable_graph(),
+                         policy::BuildTrackingPolicy(options));
+  SINEW_ASSIGN_OR_RETURN(TensorMap weights,
+                         policy::InitialWeights(options, /*seed=*/1));
+  const auto last = weights.at("policy/mean/weight").mutable_float32();
+  std::fill(last.begin(), last.end(), 0.F);
+  snapshot.set_weights(SerializeSafetensors(weights));
+  return snapshot;
+}
+
+}  // namespace sinew::bench

@@ -1,0 +1,34 @@
+#include "tools/evaluation/bundle_subject.h"
+
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
+#include "sim/character/character.h"
+#include "sim/motion/library.h"
+
+namespace sinew::evaluation {
+
+absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
+                                                const std::string& motions) {
+  SINEW_ASSIGN_OR_RETURN(bundle::Bundle read, bundle::ReadBundle(bundle));
+  SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(motions));
+  const v1::Recipe recipe = bundle::TaskRecipe(read.manifest);
+  SINEW_ASSIGN_OR_RETURN(
+      auto character,
+      character::Character::Load(read.character_file(), recipe.physics()));
+  auto subject = MakeSubject(recipe, std::move(character), std::move(library),
+                             read.graph, read.weights);
+  if (!subject.ok()) {
+    return absl::Status(
+        subject.status().code(),
+        absl::StrCat(motions, ": does not fit bundle ", bundle, ": ",
+                     subject.status().message()));
+  }
+  return BundleSubject{.subject = *std::move(subject),
+                       .manifest = std::move(read.manifest)};
+}
+
+}  // namespace sinew::evaluation

@@ -1,0 +1,25 @@
+#ifndef SINEW_TOOLS_EVALUATION_BUNDLE_SUBJECT_H_
+#define SINEW_TOOLS_EVALUATION_BUNDLE_SUBJECT_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "tools/evaluation/subject.h"
+
+namespace sinew::evaluation {
+
+struct BundleSubject {
+  Subject subject;
+  v1::BundleManifest manifest;
+};
+
+// A bundle's policy on a library's clips. Blocks on the disk. Errors: those of
+// ReadBundle and Library::Load; INVALID_ARGUMENT naming the library, the field,
+// expected and found, if the clips are of another character or rate.
+absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
+                                                const std::string& motions);
+
+}  // namespace sinew::evaluation
+
+#endif  // SINEW_TOOLS_EVALUATION_BUNDLE_SUBJECT_H_

@@ -1,0 +1,30 @@
+#include "tools/evaluation/evaluate_bundle.h"
+
+#include <utility>
+
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "tools/evaluation/bundle_subject.h"
+#include "tools/evaluation/evaluation_json.h"
+
+namespace sinew::evaluation {
+
+absl::StatusOr<EvaluationFigures> EvaluateBundle(
+    const std::string& bundle, const std::string& motions,
+    const std::string& out, const EvaluationOptions& options,
+    const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(const BundleSubject loaded,
+                         LoadBundleSubject(bundle, motions));
+  SINEW_ASSIGN_OR_RETURN(Evaluation evaluation,
+                         Evaluate(loaded.subject, options, stop));
+  const EvaluationSource source = {
+      .bundle = bundle,
+      .manifest_sha256 = loaded.manifest.manifest_sha256(),
+      .motions = motions};
+  SINEW_RETURN_IF_ERROR(WriteFileAtomically(
+      out, EvaluationJson(loaded.subject, options, source, evaluation)));
+  return EvaluationFigures{.policy = std::move(evaluation.policy),
+                           .zero_action = std::move(evaluation.zero_action)};
+}
+
+}  // namespace sinew::evaluation

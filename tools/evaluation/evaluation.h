@@ -1,0 +1,38 @@
+#ifndef SINEW_TOOLS_EVALUATION_EVALUATION_H_
+#define SINEW_TOOLS_EVALUATION_EVALUATION_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "common/stop.h"
+#include "tools/evaluation/error_profile.h"
+#include "tools/evaluation/subject.h"
+
+namespace sinew::evaluation {
+
+struct EvaluationOptions {
+  int starts = 32;      // evenly spaced phases per clip, >= 1
+  double seconds = 10;  // that a looping clip runs on, > 0
+  int threads = 1;      // >= 1; never changes results
+  // The first so many clips get an error profile, >= 0.
+  int profiles = 24;
+};
+
+struct Evaluation {
+  EvaluationSummary policy;
+  EvaluationSummary zero_action;
+  // By clip; see EvaluationOptions::profiles.
+  std::vector<ErrorProfile> profiles;
+};
+
+// The papers' metrics of a policy, and of the zero action on the same task.
+// Same inputs, same bits, however many threads. Pure; profiles borrow from the
+// subject. Blocking and errors: those of RunStarts and MakeEvaluationStarts.
+absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
+                                    const EvaluationOptions& options,
+                                    const StopToken& stop);
+
+}  // namespace sinew::evaluation
+
+#endif  // SINEW_TOOLS_EVALUATION_EVALUATION_H_

@@ -1,0 +1,136 @@
+#include "tools/evaluation/evaluation_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace sinew::evaluation {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Tenths of a millimetre are enough for a picture.
+double Rounded(double mm) { return std::round(mm * 10) / 10; }
+
+void AddErrors(const MetricMeans& means, int64_t frames,
+               const std::vector<double>& body_mm, Json* to) {
+  const auto number = [&](double value) {
+    return frames > 0 ? Json(value) : Json(nullptr);
+  };
+  (*to)["e_g_mpjpe_mm"] = number(means.e_g_mpjpe_mm);
+  (*to)["e_mpjpe_mm"] = number(means.e_mpjpe_mm);
+  (*to)["e_acc"] = number(means.e_acc);
+  (*to)["e_vel"] = number(means.e_vel);
+  (*to)["body_mm"] = body_mm;
+}
+
+Json SetObject(const SetSummary& set) {
+  Json object = {{"clips", set.clips},
+                 {"succeeded_clips", set.succeeded_clips},
+                 {"success_rate", set.success_rate},
+                 {"starts", set.starts},
+                 {"succeeded_starts", set.succeeded_starts},
+                 {"survived_share", set.survived_share},
+                 {"frames", set.frames}};
+  AddErrors(set.means, set.frames, set.body_mm, &object);
+  return object;
+}
+
+Json ClipObject(const ClipSummary& clip) {
+  Json object = {{"success", clip.success},
+                 {"starts", clip.starts},
+                 {"succeeded_starts", clip.succeeded_starts},
+                 {"frames", clip.frames},
+                 {"failed_at_frame", clip.failed_at_frame}};
+  AddErrors(clip.means, clip.frames, clip.body_mm, &object);
+  return object;
+}
+
+Json ProfileObject(const ErrorProfile& profile, size_t bodies,
+                   double seconds) {
+  Json rows = Json::array();
+  for (size_t body = 0; body < bodies; ++body) {
+    Json row = Json::array();
+    for (int bin = 0; bin < profile.bins(); ++bin) {
+      // A bin that nobody reached has no error, not a small one.
+      row.push_back(profile.visits(bin) == 0
+                        ? Json(nullptr)
+                        : Json(Rounded(profile.mean_mm(
+                              static_cast<int>(body), bin))));
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"seconds", seconds}, {"body_mm", std::move(rows)}};
+}
+
+Json Clips(const Subject& subject, const Evaluation& evaluation) {
+  const v1::MotionLibrary& library = subject.library().manifest();
+  Json clips = Json::array();
+  for (size_t i = 0; i < evaluation.policy.clips.size(); ++i) {
+    const ClipSummary& summary = evaluation.policy.clips[i];
+    const v1::ClipInfo& info = library.clips(summary.clip);
+    Json clip = {{"name", info.name()}};
+    clip.update(ClipObject(summary));
+    clip["loops"] = info.loops();
+    clip["zero_action"] = ClipObject(evaluation.zero_action.clips[i]);
+    if (i < evaluation.profiles.size()) {
+      clip["profile"] = ProfileObject(
+          evaluation.profiles[i], subject.character().tracked().size(),
+          static_cast<double>(info.num_frames()) / library.frames_per_second());
+    }
+    clips.push_back(std::move(clip));
+  }
+  return clips;
+}
+
+Json Definitions(const Subject& subject) {
+  const double fall =
+      subject.assets->recipe().evaluation().max_mean_body_distance();
+  return {
+      {"success", "a clip succeeds if all its starts survive"},
+      {"survived", "the mean distance of tracked bodies from the reference "
+                   "never exceeds fall_distance_m"},
+      {"fall_distance_m", fall},
+      {"survived_share", "frames reached / frames asked for"},
+      {"e_g_mpjpe_mm", "mean distance of tracked bodies from the reference, mm"},
+      {"e_mpjpe_mm", "the same with the root's position subtracted, mm"},
+      {"e_vel", "mean change of that offset per frame, mm/frame at 30 Hz"},
+      {"e_acc", "its second difference, mm/frame^2 at 30 Hz"},
+      {"body_mm", "e_g_mpjpe of each body, in the order of bodies, mm"},
+      {"failed_at_frame", "earliest failure, counted from its start; -1: none"},
+      {"frames", "compared, over all starts; errors are means over them"},
+      {"zero_action", "the same task with action 0: targets are the reference"},
+      {"profile", "body_mm over the clip: evenly spaced bins of its frames"}};
+}
+
+}  // namespace
+
+std::string EvaluationJson(const Subject& subject,
+                           const EvaluationOptions& options,
+                           const EvaluationSource& source,
+                           const Evaluation& evaluation) {
+  const motion::Library& library = subject.library();
+  const Json file = {
+      {"format_version", 1},
+      {"overall", SetObject(evaluation.policy.overall)},
+      {"successful", SetObject(evaluation.policy.successful)},
+      {"zero_action", SetObject(evaluation.zero_action.overall)},
+      {"clips", Clips(subject, evaluation)},
+      {"seconds", options.seconds},
+      {"starts_per_clip", options.starts},
+      {"frames_per_second", library.manifest().frames_per_second()},
+      {"bodies", TrackedBodyNames(subject)},
+      {"bundle",
+       {{"path", source.bundle},
+        {"manifest_sha256", source.manifest_sha256},
+        {"snapshot_sha256", subject.policy->sha256()}}},
+      {"library",
+       {{"path", source.motions},
+        {"sha256", library.digest()},
+        {"character", library.manifest().character()}}},
+      {"definitions", Definitions(subject)}};
+  return file.dump(2, ' ', /*ensure_ascii=*/false,
+                   Json::error_handler_t::replace) +
+         "\n";
+}
+
+}  // namespace sinew::evaluation

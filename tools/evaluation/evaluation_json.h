@@ -1,0 +1,40 @@
+#ifndef SINEW_TOOLS_EVALUATION_EVALUATION_JSON_H_
+#define SINEW_TOOLS_EVALUATION_EVALUATION_JSON_H_
+
+#include <string>
+
+#include "tools/evaluation/evaluation.h"
+#include "tools/evaluation/subject.h"
+
+namespace sinew::evaluation {
+
+// Where the subject came from, as the user wrote it.
+struct EvaluationSource {
+  std::string bundle;           // folder; empty: the zero action alone
+  std::string manifest_sha256;  // of the bundle's manifest.json
+  std::string motions;          // library folder
+};
+
+// The file that `sinew eval` writes: JSON, two spaces, ends with a newline.
+//
+//   overall, successful, zero_action
+//             sets of clips: clips, succeeded_clips, success_rate, starts,
+//             succeeded_starts, survived_share, frames, e_g_mpjpe_mm,
+//             e_mpjpe_mm, e_acc, e_vel, body_mm (in the order of `bodies`).
+//             Errors are null where no frame was compared.
+//   clips     per clip: name, success, starts, succeeded_starts, frames,
+//             failed_at_frame, the four errors, body_mm, `zero_action` with
+//             the same fields, and for the first clips `profile`: error of
+//             each body over the clip, {seconds, body_mm[body][bin]}.
+//   seconds, starts_per_clip, frames_per_second, bodies, bundle, library,
+//   definitions
+//
+// Pure: equal arguments give equal bytes.
+std::string EvaluationJson(const Subject& subject,
+                           const EvaluationOptions& options,
+                           const EvaluationSource& source,
+                           const Evaluation& evaluation);
+
+}  // namespace sinew::evaluation
+
+#endif  // SINEW_TOOLS_EVALUATION_EVALUATION_JSON_H_

@@ -1,0 +1,45 @@
+#ifndef SINEW_TOOLS_EVALUATION_RECORDING_H_
+#define SINEW_TOOLS_EVALUATION_RECORDING_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "common/stop.h"
+#include "sim/character/character.h"
+#include "sim/motion/library.h"
+#include "tools/evaluation/subject.h"
+
+namespace sinew::evaluation {
+
+// A clip and what the policy made of it, pose by pose. Frame 0 is where both
+// begin.
+struct Recording {
+  int nq = 0;
+  double frames_per_second = 0;
+  std::vector<double> reference;  // [frames, nq] qpos
+  std::vector<double> simulated;  // [frames, nq] qpos
+  bool survived = false;  // false: it ends with the frame that failed
+
+  int frames() const {
+    return nq == 0 ? 0 : static_cast<int>(simulated.size()) / nq;
+  }
+};
+
+// The reference's poses from frame `first` on, [frames, nq]. Pure.
+std::vector<double> ReferencePoses(const character::Character& character,
+                                   const motion::Library& library, int clip,
+                                   int first, int frames);
+
+// Frames of a clip to show: those of `seconds` of a looping one (rounded, at
+// least 2), all of another or its first `seconds`.
+int FramesToShow(const motion::Library& library, int clip, double seconds);
+
+// Runs the policy from the clip's first frame. Computes; errors: those of
+// RunStarts, INVALID_ARGUMENT for seconds that are not positive.
+absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
+                                     double seconds, const StopToken& stop);
+
+}  // namespace sinew::evaluation
+
+#endif  // SINEW_TOOLS_EVALUATION_RECORDING_H_

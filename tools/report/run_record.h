@@ -1,0 +1,40 @@
+#ifndef SINEW_TOOLS_REPORT_RUN_RECORD_H_
+#define SINEW_TOOLS_REPORT_RUN_RECORD_H_
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace sinew::report {
+
+using Json = nlohmann::ordered_json;
+
+// What a run left on disk, as it lies there.
+struct RunRecord {
+  std::string directory;
+  std::string config;      // config.textproto
+  std::vector<Json> rows;  // metrics.jsonl; objects, in order
+  Json evaluation;         // eval.json; null: not evaluated
+  // The bundle that was evaluated, else the run's last one.
+  std::string bundle;      // its folder; there may be nothing
+  Json manifest;           // its manifest.json; null: no bundle
+  // Sentences about what is absent or could not be read.
+  std::vector<std::string> notes;
+};
+
+// Reads a run directory. Tolerant: whatever is absent or damaged becomes a
+// note, as reports are also written about runs that failed. Blocks on the
+// disk. NOT_FOUND if the directory holds neither config.textproto nor
+// metrics.jsonl.
+absl::StatusOr<RunRecord> ReadRun(const std::string& directory);
+
+// Number at a path of keys ("seconds", "learn"); `otherwise` if it is absent
+// or no number. Pure.
+double NumberAt(const Json& object, const std::vector<std::string>& path,
+                double otherwise = 0);
+
+}  // namespace sinew::report
+
+#endif  // SINEW_TOOLS_REPORT_RUN_RECORD_H_

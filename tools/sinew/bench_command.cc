@@ -1,0 +1,218 @@
+#include "tools/sinew/bench_command.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+#include "common/build_info.h"
+#include "common/cpu.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "sim/character/character.h"
+#include "sim/import/importer.h"
+#include "sim/motion/library.h"
+#include "tools/bench/actor_figures.h"
+#include "tools/bench/actor_memory.h"
+#include "tools/bench/learner_figures.h"
+#include "tools/sinew/resources.h"
+
+namespace sinew::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Environments whose memory is measured, and the minibatch of learner figures.
+constexpr int kEnvironments = 256;
+constexpr int kMinibatch = 4096;
+
+struct BenchOptions {
+  std::string out;
+  std::string recipe = "track_clip";
+  std::string character = "humanoid";
+  std::string motions;  // empty: the walk of the pybullet wheel
+  int rounds = 24;      // rollouts per thread
+  int updates = 6;      // of each learner
+};
+
+absl::Status CheckOptions(const BenchOptions& options) {
+  for (const auto& [name, value] : {std::pair("--rounds", options.rounds),
+                                    std::pair("--updates", options.updates)}) {
+    if (value < 1) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(name, ": expected >= 1, found ", value));
+    }
+  }
+  return absl::OkStatus();
+}
+
+// The library to act in: as given, or imported beside the result.
+absl::StatusOr<std::unique_ptr<motion::Library>> LoadMotions(
+    const BenchOptions& options, const character::Character& character) {
+  if (!options.motions.empty()) return motion::Library::Load(options.motions);
+  SINEW_ASSIGN_OR_RETURN(
+      const std::string clip,
+      FindResource(
+          "pybullet_data/pybullet_data/data/motions/humanoid3d_walk.txt"));
+  const std::string folder = absl::StrCat(options.out, ".motions");
+  std::vector<import::ClipReport> reports;
+  SINEW_RETURN_IF_ERROR(
+      import::ImportFiles(character, {clip}, {}, folder, &reports));
+  return motion::Library::Load(folder);
+}
+
+// "model name" of the first processor; empty where the system does not tell.
+std::string CpuModel() {
+  const absl::StatusOr<std::string> text =
+      ReadFile("/proc/cpuinfo", /*max_bytes=*/1 << 20);
+  if (!text.ok()) return "";
+  for (absl::string_view line : absl::StrSplit(*text, '\n')) {
+    const std::pair<absl::string_view, absl::string_view> field =
+        absl::StrSplit(line, absl::MaxSplits(':', 1));
+    if (absl::StripAsciiWhitespace(field.first) == "model name") {
+      return std::string(absl::StripAsciiWhitespace(field.second));
+    }
+  }
+  return "";
+}
+
+Json Context() {
+  return {{"cpu_model", CpuModel()},
+          {"cpu_class", CpuClass()},
+          {"cpus", AvailableCpus()},
+          {"build", BuildIdentity()},
+          {"clock", "CPU seconds of each thread, medians over rounds"}};
+}
+
+Json ActorJson(const bench::ActorFigures& figures) {
+  return {{"threads", figures.threads},
+          {"ratio", figures.ratio},
+          {"other_us", figures.other_us},
+          {"products_us", figures.products_us},
+          {"step_us", figures.step_us},
+          {"rollout_mj_steps_per_s", figures.rollout_steps_per_s},
+          {"raw_mj_steps_per_s", figures.raw_steps_per_s}};
+}
+
+absl::StatusOr<Json> ActorSection(
+    const BenchOptions& options,
+    const std::shared_ptr<const actor::RolloutAssets>& assets,
+    const v1::Snapshot& snapshot) {
+  Json section;
+  for (const int threads : {1, 2}) {
+    SINEW_ASSIGN_OR_RETURN(
+        const bench::ActorFigures figures,
+        bench::MeasureActor(
+            {.threads = threads,
+             .rounds = options.rounds,
+             .environments =
+                 assets->recipe().rollouts().environments_per_order(),
+             .horizon = assets->recipe().rollouts().horizon()},
+            assets, snapshot));
+    absl::FPrintF(stderr,
+                  "actor, %d threads: ratio %.3f, not physics %.1f us of %.1f "
+                  "us, products alone %.1f us\n",
+                  threads, figures.ratio, figures.other_us, figures.step_us,
+                  figures.products_us);
+    if (threads == 1) {
+      section = ActorJson(figures);
+    } else {
+      section["two_threads"] = ActorJson(figures);
+    }
+  }
+  return section;
+}
+
+Json LearnerJson(const bench::LearnerFigures& figures) {
+  return {{"gemm_ratio", figures.gemm_ratio},
+          {"cpu_gemm_ratio", figures.cpu_gemm_ratio},
+          {"samples_per_s", figures.samples_per_s},
+          {"flops_per_s", figures.flops_per_s},
+          {"gemm_flops_per_s", figures.gemm_flops_per_s}};
+}
+
+// Updates at minibatch 4096: float32 on one rank and on two, bfloat16.
+absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
+                                    const actor::RolloutAssets& assets) {
+  const auto measure = [&](int ranks, bool bfloat16) {
+    v1::Recipe recipe = assets.recipe();
+    recipe.mutable_ppo()->set_minibatch(kMinibatch);
+    recipe.mutable_ppo()->set_bfloat16(bfloat16);
+    return bench::MeasureLearner(recipe, assets.task().observation_width(),
+                                 assets.task().action_width(), ranks,
+                                 options.updates);
+  };
+  SINEW_ASSIGN_OR_RETURN(const bench::LearnerFigures one, measure(1, false));
+  SINEW_ASSIGN_OR_RETURN(const bench::LearnerFigures two, measure(2, false));
+  const absl::StatusOr<bench::LearnerFigures> half = measure(1, true);
+  Json section = LearnerJson(one);
+  section["minibatch"] = kMinibatch;
+  section["two_rank_ratio"] = two.samples_per_s / one.samples_per_s;
+  section["two_ranks"] = LearnerJson(two);
+  if (half.ok()) {
+    section["bfloat16_ratio"] = half->samples_per_s / one.samples_per_s;
+  } else {
+    section["bfloat16_ratio"] = nullptr;
+    section["bfloat16_reason"] = std::string(half.status().message());
+  }
+  absl::FPrintF(stderr, "learner: gemm ratio %.3f, two ranks %.2f times one\n",
+                one.gemm_ratio, two.samples_per_s / one.samples_per_s);
+  return section;
+}
+
+absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe,
+                         LoadRecipe(options.recipe, {}));
+  SINEW_ASSIGN_OR_RETURN(
+      auto character,
+      character::Character::Load(options.character, recipe.physics()));
+  SINEW_ASSIGN_OR_RETURN(auto library, LoadMotions(options, *character));
+  SINEW_ASSIGN_OR_RETURN(
+      const std::shared_ptr<const actor::RolloutAssets> assets,
+      actor::RolloutAssets::FromParts(recipe, std::move(character),
+                                      std::move(library)));
+  SINEW_ASSIGN_OR_RETURN(const v1::Snapshot snapshot,
+                         bench::IdlePolicy(*assets));
+
+  Json result;
+  result["context"] = Context();
+  // Memory first: later sections leave freed memory behind that would be used
+  // again.
+  SINEW_ASSIGN_OR_RETURN(
+      const bench::MemoryFigures memory,
+      bench::MeasureMemory(kEnvironments, recipe.rollouts().horizon(), assets,
+                           snapshot));
+  result["memory"] = {{"environments", memory.environments},
+                      {"actor_mb", memory.actor_mb},
+                      {"per_environment_kb", memory.per_environment_kb}};
+  SINEW_ASSIGN_OR_RETURN(result["actor"],
+                         ActorSection(options, assets, snapshot));
+  if (stop.stop_requested()) return absl::CancelledError("bench stopped");
+  SINEW_ASSIGN_OR_RETURN(result["learner"], LearnerSection(options, *assets));
+  return WriteFileAtomically(options.out, result.dump(2) + "\n");
+}
+
+}  // namespace
+
+void AddBenchCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<BenchOptions>();
+  auto* command = AddSubcommand<BenchOptions>(
+      app, "bench", "benchmarks, as ratios measured in one run", options,
+      action, RunBench);
+  command->add_option("--out", options->out, "JSON file")->required();
+  command->add_option("--recipe", options->recipe, "name or file");
+  command->add_option("--character", options->character, "name or file");
+  command->add_option("--motions", options->motions,
+                      "motion library; a walking clip if unset");
+  command->add_option("--rounds", options->rounds, "rollouts per thread");
+  command->add_option("--updates", options->updates, "of each learner");
+}
+
+}  // namespace sinew::tools

@@ -1,0 +1,63 @@
+#include "tools/sinew/eval_command.h"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "common/cpu.h"
+#include "common/status_macros.h"
+#include "tools/evaluation/evaluate_bundle.h"
+
+namespace sinew::tools {
+namespace {
+
+struct EvalOptions {
+  std::string bundle;
+  std::string motions;
+  std::string out;
+  double seconds = 10;
+  int starts = 32;
+  int threads = 0;  // 0: all cores
+};
+
+void Print(const char* who, const SetSummary& set) {
+  absl::PrintF(
+      "%-12s %d of %d clips, %d of %d starts, survived %.0f %%, E_g %.1f mm, "
+      "E %.1f mm, E_vel %.2f mm/frame, E_acc %.2f mm/frame^2\n",
+      who, set.succeeded_clips, set.clips, set.succeeded_starts, set.starts,
+      100 * set.survived_share, set.means.e_g_mpjpe_mm, set.means.e_mpjpe_mm,
+      set.means.e_vel, set.means.e_acc);
+}
+
+absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(
+      const evaluation::EvaluationFigures figures,
+      evaluation::EvaluateBundle(
+          options.bundle, options.motions, options.out,
+          {.starts = options.starts,
+           .seconds = options.seconds,
+           .threads = options.threads > 0 ? options.threads : AvailableCpus()},
+          stop));
+  Print("policy", figures.policy.overall);
+  Print("zero action", figures.zero_action.overall);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddEvalCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<EvalOptions>();
+  auto* command = AddSubcommand<EvalOptions>(
+      app, "eval", "the papers' metrics of a bundle", options, action, RunEval);
+  command->add_option("--bundle", options->bundle, "folder")->required();
+  command->add_option("--motions", options->motions, "library")->required();
+  command->add_option("--out", options->out, "JSON file")->required();
+  command->add_option("--seconds", options->seconds,
+                      "that looping clips run on (default 10)");
+  command->add_option("--starts", options->starts,
+                      "evenly spaced phases per clip (default 32)");
+  command->add_option("--threads", options->threads, "default: all cores");
+}
+
+}  // namespace sinew::tools

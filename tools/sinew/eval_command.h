@@ -1,0 +1,13 @@
+#ifndef SINEW_TOOLS_SINEW_EVAL_COMMAND_H_
+#define SINEW_TOOLS_SINEW_EVAL_COMMAND_H_
+
+#include "tools/sinew/command.h"
+
+namespace sinew::tools {
+
+// `sinew eval`: the papers' metrics of a bundle on a motion library.
+void AddEvalCommand(CLI::App& app, Action& action);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_SINEW_EVAL_COMMAND_H_

@@ -1,0 +1,134 @@
+#include "tools/sinew/render_command.h"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_format.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "tools/evaluation/bundle_subject.h"
+#include "tools/evaluation/recording.h"
+#include "tools/render/film_strip.h"
+#include "tools/render/offscreen_renderer.h"
+#include "tools/render/pictures.h"
+#include "tools/render/video.h"
+
+namespace sinew::tools {
+namespace {
+
+constexpr int kStripColumns = 8;
+// Pixels of one body in a video; even, as the encoder wants.
+constexpr int kVideoSize = 480;
+
+struct RenderOptions {
+  std::string bundle;
+  std::string motions;
+  std::string clip;  // empty: the first
+  double seconds = 10;
+  std::string out;  // folder, .png or .mp4
+};
+
+struct Film {
+  evaluation::Subject subject;
+  std::string clip;
+  evaluation::Recording recording;
+
+  render::PoseRows reference() const {
+    return {recording.reference, recording.nq};
+  }
+  render::PoseRows simulated() const {
+    return {recording.simulated, recording.nq};
+  }
+};
+
+absl::Status WriteStrip(const Film& film, const std::string& path) {
+  SINEW_ASSIGN_OR_RETURN(
+      const std::string png,
+      render::RenderFilmStrip(film.subject.character(), film.reference(),
+                              film.simulated(), kStripColumns,
+                              film.recording.frames_per_second));
+  SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, png));
+  absl::PrintF("%s\n", path);
+  return absl::OkStatus();
+}
+
+absl::Status WriteFilm(const Film& film, const std::string& path,
+                       const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(
+      const auto renderer,
+      render::OffscreenRenderer::Create(
+          render::PictureModel(film.subject.character()), kVideoSize,
+          kVideoSize));
+  render::VideoOptions video;
+  video.frames_per_second = film.recording.frames_per_second;
+  SINEW_RETURN_IF_ERROR(render::WriteVideo(
+      film.recording.frames(),
+      [&](int frame) {
+        return render::SideBySide(*renderer, film.reference(),
+                                  film.simulated(), frame);
+      },
+      path, video, stop));
+  absl::PrintF("%s\n", path);
+  return absl::OkStatus();
+}
+
+// Both into a folder; without the encoder, the pictures alone.
+absl::Status WriteFolder(const Film& film, const std::string& folder,
+                         const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(MakeDirectories(folder));
+  const std::string stem = JoinPath(folder, film.clip);
+  SINEW_RETURN_IF_ERROR(WriteStrip(film, stem + ".png"));
+  const absl::Status encoder = render::CheckEncoder({});
+  if (!encoder.ok()) {
+    absl::FPrintF(stderr, "sinew: %s; no video was written\n",
+                  std::string(encoder.message()));
+    return absl::OkStatus();
+  }
+  return WriteFilm(film, stem + ".mp4", stop);
+}
+
+absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
+  Film film;
+  SINEW_ASSIGN_OR_RETURN(
+      evaluation::BundleSubject loaded,
+      evaluation::LoadBundleSubject(options.bundle, options.motions));
+  film.subject = std::move(loaded.subject);
+  SINEW_ASSIGN_OR_RETURN(
+      const int clip,
+      evaluation::FindClip(film.subject.library(), options.clip));
+  film.clip = film.subject.library().clip(clip).name();
+  SINEW_ASSIGN_OR_RETURN(
+      film.recording,
+      evaluation::RecordClip(film.subject, clip, options.seconds, stop));
+  if (!film.recording.survived) {
+    absl::FPrintF(stderr, "sinew: %s: the policy fell after %.2f s\n",
+                  film.clip,
+                  (film.recording.frames() - 1) /
+                      film.recording.frames_per_second);
+  }
+  if (absl::EndsWith(options.out, ".png")) return WriteStrip(film, options.out);
+  if (absl::EndsWith(options.out, ".mp4")) {
+    return WriteFilm(film, options.out, stop);
+  }
+  return WriteFolder(film, options.out, stop);
+}
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<RenderOptions>();
+  auto* command = AddSubcommand<RenderOptions>(
+      app, "render", "pictures and video of a bundle", options, action,
+      RunRender);
+  command->add_option("bundle", options->bundle, "folder")->required();
+  command->add_option("--motions", options->motions, "library")->required();
+  command->add_option("--clip", options->clip, "name (default: the first)");
+  command->add_option("--seconds", options->seconds, "at most (default 10)");
+  command->add_option("--out", options->out, "folder, .png or .mp4 file")
+      ->required();
+}
+
+}  // namespace sinew::tools

@@ -1,0 +1,47 @@
+#include "tools/sinew/run_flags.h"
+
+#include "absl/strings/str_cat.h"
+#include "common/cpu.h"
+#include "common/status_macros.h"
+#include "tools/sinew/resources.h"
+
+namespace sinew::tools {
+
+void AddRunFlags(CLI::App& command, RunFlags& flags) {
+  command.add_option("--recipe", flags.recipe, "name or file")->required();
+  command.add_option("--motions", flags.motions, "library")->required();
+  command.add_option("--run", flags.run, "run directory")->required();
+  command.add_option("--character", flags.character, "name or file")
+      ->capture_default_str();
+  command.add_option("--minutes", flags.minutes, "of training, in all")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--iterations", flags.iterations, "in all")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", flags.seed, "of all random streams");
+  command.add_option("--threads", flags.threads, "default: all cores")
+      ->check(CLI::Range(1, 4096));
+  command.add_option("--init", flags.init,
+                     "bundle whose weights a new run begins with");
+  command.add_option("--set", flags.set, "path=value in the recipe");
+}
+
+int ThreadsOf(const RunFlags& flags) {
+  return flags.threads > 0 ? flags.threads : AvailableCpus();
+}
+
+absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
+  std::vector<std::string> set = flags.set;
+  if (flags.seed) set.push_back(absl::StrCat("seed=", *flags.seed));
+  TrainingRun::Options options;
+  SINEW_ASSIGN_OR_RETURN(options.recipe, LoadRecipe(flags.recipe, set));
+  options.character = flags.character;
+  options.motions = flags.motions;
+  options.directory = flags.run;
+  options.init = flags.init;
+  options.minutes = flags.minutes;
+  options.iterations = flags.iterations;
+  options.cores = options.ranks = ThreadsOf(flags);
+  return options;
+}
+
+}  // namespace sinew::tools

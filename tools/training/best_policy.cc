@@ -1,0 +1,59 @@
+#include "tools/training/best_policy.h"
+
+#include <cstddef>
+#include <utility>
+
+#include "common/status_macros.h"
+
+namespace sinew::tools {
+namespace {
+
+// evaluation.delay is at most 2.
+constexpr size_t kRemembered = 3;
+
+void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
+  const SetSummary& overall = summary.overall;
+  v1::BundleMetrics& metrics = *evaluated.mutable_metrics();
+  metrics.set_clips(overall.clips);
+  metrics.set_starts(overall.starts);
+  metrics.set_succeeded_starts(overall.succeeded_starts);
+  metrics.set_success_rate(overall.success_rate);
+  metrics.set_e_g_mpjpe_mm(overall.means.e_g_mpjpe_mm);
+  metrics.set_e_mpjpe_mm(overall.means.e_mpjpe_mm);
+  metrics.set_e_acc(overall.means.e_acc);
+  metrics.set_e_vel(overall.means.e_vel);
+  evaluated.set_survived_share(overall.survived_share);
+}
+
+}  // namespace
+
+absl::Status BestPolicy::Load() {
+  SINEW_ASSIGN_OR_RETURN(best_, store_.GetBest());
+  return absl::OkStatus();
+}
+
+void BestPolicy::Remember(int64_t iteration, Blob snapshot, int64_t samples,
+                          double train_seconds) {
+  RunStore::Policy& policy = recent_.emplace_back();
+  policy.evaluated.set_iteration(iteration);
+  policy.evaluated.set_samples(samples);
+  policy.evaluated.set_train_seconds(train_seconds);
+  policy.snapshot = std::move(snapshot);
+  if (recent_.size() > kRemembered) recent_.pop_front();
+}
+
+absl::Status BestPolicy::Observe(const learner::IterationReport& report) {
+  if (!report.evaluation) return absl::OkStatus();
+  for (RunStore::Policy& policy : recent_) {
+    if (policy.evaluated.iteration() != report.evaluated_iteration) continue;
+    Fill(*report.evaluation, policy.evaluated);
+    if (best_ && !IsBetter(policy.evaluated, best_->evaluated)) {
+      return absl::OkStatus();
+    }
+    best_ = policy;
+    return store_.PutBest(policy);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::tools
