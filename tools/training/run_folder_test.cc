@@ -50,8 +50,11 @@ TEST(RunFolderTest, KeepsASecondLearnerOut) {
 
 TEST(RunFolderTest, RefusesAnotherRecipeOnceThereAreStates) {
   const std::string run = NewRun("other");
-  ASSERT_THAT(MakeDirectories(JoinPath(run, "checkpoints/artifacts")), IsOk());
   ASSERT_THAT(RunFolder::Open(run, MakeRecipe(2)), IsOk());
+  const std::string artifacts = JoinPath(run, "checkpoints/artifacts");
+  ASSERT_THAT(MakeDirectories(artifacts), IsOk());
+  ASSERT_THAT(WriteFileAtomically(JoinPath(artifacts, "state-00000001"), ""),
+              IsOk());
 
   EXPECT_THAT(RunFolder::Open(run, MakeRecipe(3)),
               StatusIs(absl::StatusCode::kInvalidArgument,
