@@ -53,7 +53,7 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                                 ? folder_->checkpoints()
                                 : options_.checkpoint_address;
   SINEW_ASSIGN_OR_RETURN(
-      store_, RunStore::Open(where, options_.security, clock_, stop_));
+      store_, RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_);
   return best_->Load();
