@@ -78,9 +78,9 @@ absl::Status CheckDigest(absl::string_view json, absl::string_view source) {
   const absl::string_view expected = json.substr(digits, kDigestSize);
   const std::string found = DigestOf(json, digits);
   if (found == expected) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat(source, ": expected SHA-256 ",
-                                          expected, " (manifest_sha256), found ",
-                                          found, ": altered"));
+  return absl::DataLossError(
+      absl::StrCat(source, ": expected SHA-256 ", expected,
+                   " (manifest_sha256), found ", found, ": altered"));
 }
 
 // The same JSON with sorted keys in "files", which protobuf prints in any

@@ -36,7 +36,8 @@ using ::testing::HasSubstr;
 struct Rig {
   explicit Rig(const std::function<void(v1::Task&)>& edit = [](v1::Task&) {}) {
     v1::Recipe recipe = world::testing::ToyRecipe();
-    v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+    v1::Observation& observation =
+        *recipe.mutable_task()->mutable_observation();
     observation.clear_blocks();
     for (int block = 1; block <= 5; ++block) {
       observation.add_blocks(static_cast<v1::Observation::Block>(block));
@@ -304,9 +305,10 @@ TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
   state = body.pose();
   const double long_quaternion[4] = {1, 1, 0, 0};
   state.root_rotation = long_quaternion;
-  EXPECT_THAT(rig.runtime->Step(state, absl::MakeSpan(rig.target)),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected a unit quaternion, found norm 1.41")));
+  EXPECT_THAT(
+      rig.runtime->Step(state, absl::MakeSpan(rig.target)),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("expected a unit quaternion, found norm 1.41")));
 }
 
 TEST(Runtime, SaysWhichCallIsMissing) {

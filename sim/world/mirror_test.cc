@@ -73,8 +73,9 @@ class HumanoidMirrorTest : public ::testing::Test {
     // S R S keeps the turn about y and reverses those about x and z.
     const double turn[4] = {1 + noise[3], side * noise[4], noise[5],
                             side * noise[6]};
-    const double rates[6] = {noise[7],         side * noise[8], noise[9],
-                             side * noise[10], noise[11],       side * noise[12]};
+    const double rates[6] = {noise[7],  side * noise[8],
+                             noise[9],  side * noise[10],
+                             noise[11], side * noise[12]};
     mju_copy(q, place, 3);
     mju_copy(q + 3, turn, 4);
     mju_normalize4(q + 3);
@@ -123,7 +124,8 @@ TEST_F(HumanoidMirrorTest, ObservationsOfAMirroredWorldAreMirrored) {
   std::vector<double> target(joints), mirrored_target(joints);
   for (int j = 0; j < joints; ++j) target[j] = 0.01 * j;
   for (int j = 0; j < joints; ++j) {
-    mirrored_target[j] = mirror->action.sign[j] * target[mirror->action.source[j]];
+    mirrored_target[j] =
+        mirror->action.sign[j] * target[mirror->action.source[j]];
   }
 
   for (const uint64_t seed : {100, 101, 102}) {

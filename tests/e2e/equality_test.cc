@@ -76,10 +76,11 @@ TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
   const TrainingRig rig;
   const std::string expected = Expected(rig);
 
-  const auto replay = rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
+  const auto replay =
+      rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
   const auto checkpoint =
-      rig.Start("checkpoint", {"checkpoint", "serve", "--folder", rig.Path("store"),
-                               "--listen", "127.0.0.1:0"});
+      rig.Start("checkpoint", {"checkpoint", "serve", "--folder",
+                               rig.Path("store"), "--listen", "127.0.0.1:0"});
   const auto learner = rig.Start(
       "learner",
       rig.Learner("apart", kIterations,

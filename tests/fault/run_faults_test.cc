@@ -161,7 +161,8 @@ TEST(RunFaultsTest, ANewRunBeginsWithTheWeightsOfABundle) {
   double fresh_worst = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
     worst = std::max<double>(worst, std::abs(found[i] - expected[i]));
-    fresh_worst = std::max<double>(fresh_worst, std::abs(fresh[i] - expected[i]));
+    fresh_worst =
+        std::max<double>(fresh_worst, std::abs(fresh[i] - expected[i]));
   }
   // Adam's steps are as long as the learning rate.
   EXPECT_LT(worst, 1e-6);

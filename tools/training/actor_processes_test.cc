@@ -68,7 +68,8 @@ TEST(ActorProcessesTest, TellsEachItsNumberAndKeepsItsOutput) {
 
 TEST(ActorProcessesTest, StartsAgainWhatWasKilled) {
   const std::string folder = NewFolder();
-  const auto actors = ActorProcesses::Start(Shell(folder, "exec tail -f /dev/null"));
+  const auto actors =
+      ActorProcesses::Start(Shell(folder, "exec tail -f /dev/null"));
   ASSERT_THAT(actors, IsOk());
   const std::vector<pid_t> first = (*actors)->pids();
   ASSERT_EQ(first.size(), 1);

@@ -34,8 +34,8 @@ std::vector<int> Iterations(const std::string& path) {
   std::vector<int> iterations;
   const auto text = ReadFile(path);
   EXPECT_THAT(text, IsOk());
-  for (const std::string& line :
-       std::vector<std::string>(absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
+  for (const std::string& line : std::vector<std::string>(
+           absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
     iterations.push_back(nlohmann::json::parse(line).at("iteration"));
   }
   return iterations;

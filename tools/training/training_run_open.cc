@@ -160,8 +160,8 @@ absl::Status TrainingRun::Resume() {
   }
   first_samples_ = trainer_->samples();
   first_train_seconds_ = figures_.seconds.train;
-  SINEW_ASSIGN_OR_RETURN(
-      metrics_log_, MetricsLog::Open(folder_->metrics(), trainer_->iteration()));
+  SINEW_ASSIGN_OR_RETURN(metrics_log_, MetricsLog::Open(folder_->metrics(),
+                                                        trainer_->iteration()));
   return absl::OkStatus();
 }
 
