@@ -93,8 +93,8 @@ absl::Status Actor::Run(const StopToken& stop) {
   if (status.ok()) status = fatal();
   // Nobody waits for the segments of a learner that is gone.
   Finish(/*hand_back=*/stop.stop_requested() || !status.ok(),
-         absl::IsUnavailable(status) ? absl::ZeroDuration()
-                                     : options_.drain_timeout);
+         connection() == nullptr ? absl::ZeroDuration()
+                                 : options_.drain_timeout);
   return status;
 }
 
@@ -167,19 +167,19 @@ int Actor::Adopt(std::shared_ptr<Connection> connection) {
     connection_ = connection;
     want = capacity_ - held_;
   }
-  connection->Start({.on_order = [this](v1::Order o) { TakeOrder(std::move(o)); },
-                     .on_drain =
-                         [this](const std::string& reason) {
-                           LogInfo("the learner drains", {{"reason", reason}});
-                           MutexLock lock(mu_);
-                           drained_ = true;
-                           changed_.NotifyAll();
-                         },
-                     .on_end =
-                         [this] {
-                           MutexLock lock(mu_);
-                           changed_.NotifyAll();
-                         }});
+  Connection::Callbacks callbacks;
+  callbacks.on_order = [this](v1::Order order) { TakeOrder(std::move(order)); };
+  callbacks.on_drain = [this](const std::string& reason) {
+    LogInfo("the learner drains", {{"reason", reason}});
+    MutexLock lock(mu_);
+    drained_ = true;
+    changed_.NotifyAll();
+  };
+  callbacks.on_end = [this] {
+    MutexLock lock(mu_);
+    changed_.NotifyAll();
+  };
+  connection->Start(std::move(callbacks));
   return want;
 }
 

@@ -227,7 +227,7 @@ TEST_F(ActorTest, FinishesEverythingWhenTheLearnerDrains) {
   engine_.Hold();
   Start(learner);
   for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
-  learner.dispatcher().WaitForWanted(0);
+  learner.dispatcher().WaitForGiven(4);
 
   learner.dispatcher().Drain();
   engine_.Release();
@@ -292,6 +292,24 @@ TEST_F(ActorTest, AsksForAsManyOrdersAsBeforeAfterALostStream) {
   engine_.Release();
 
   second.dispatcher().WaitForWanted(4);
+  second.dispatcher().WaitForDone(2);
+}
+
+TEST_F(ActorTest, EndsAtOnceWhenStoppedWhileTheLearnerIsAway) {
+  auto learner = std::make_unique<Learner>(folder_.Address("l"));
+  engine_.Hold();
+  Actor::Options options = Options(learner->address());
+  options.drain_timeout = absl::Hours(1);
+  Start(options);
+  for (int64_t id : {1, 2}) learner->Add(id);
+  engine_.WaitUntilHeld(2);
+  learner.reset();
+  Learner other(folder_.Address("l"));
+  other.dispatcher().Refuse(absl::UnavailableError("not yet"));
+  other.dispatcher().WaitForRegistered(1);
+
+  // Though orders 1 and 2 still run.
+  EXPECT_THAT(StopAndEnd(), IsOk());
 }
 
 TEST_F(ActorTest, EndsWhenItIsRefused) {
@@ -402,7 +420,7 @@ TEST_F(ActorTest, ReportsItsMetricsByPrometheusRules) {
                                        reason, "\"}")));
   }
   EXPECT_THAT(text, HasSubstr("sinew_simulations_diverged_total 0"));
-  EXPECT_THAT(text, HasSubstr("sinew_queue_limit_bytes 6.7"));
+  EXPECT_THAT(text, HasSubstr("sinew_queue_limit_bytes 67108864"));
   EXPECT_THAT(text, HasSubstr("sinew_applied_policy_version 1"));
   EXPECT_THAT(text, HasSubstr("sinew_segments_accepted_total 1"));
   EXPECT_THAT(text, HasSubstr("sinew_publish_to_apply_seconds_count 1"));

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "actor/service/actor.h"
 #include "common/logging.h"
@@ -83,8 +84,10 @@ OutgoingPtr Actor::MakeOutgoing(const v1::Order& order,
 }
 
 void Actor::ReportFailure(const v1::Order& order, const absl::Status& status) {
-  const std::string text =
-      absl::StrCat("order ", order.order_id(), ": ", status.message());
+  const std::string name = absl::StrCat("order ", order.order_id());
+  std::string text(status.message());
+  // The order's own checks name it already.
+  if (!absl::StartsWith(text, name)) text = absl::StrCat(name, ": ", text);
   Return({order.order_id()}, text);
   if (absl::IsCancelled(status)) return;
   LogError("an order failed", {{"reason", text}});

@@ -39,9 +39,9 @@ class Engine {
    public:
     virtual ~Worker() = default;
     // Looks at `cancel` every control step.
-    virtual absl::StatusOr<v1::Segment> Run(const v1::Order& order,
-                                            const Snapshot& snapshot,
-                                            const std::atomic<bool>& cancel) = 0;
+    virtual absl::StatusOr<v1::Segment> Run(
+        const v1::Order& order, const Snapshot& snapshot,
+        const std::atomic<bool>& cancel) = 0;
   };
 
   virtual ~Engine() = default;

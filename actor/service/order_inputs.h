@@ -96,8 +96,8 @@ class OrderInputs {
   absl::StatusOr<Sources> sources() SINEW_EXCLUDES(mu_);
   absl::StatusOr<Blob> Fetch(BlobSource& source, const std::string& sha256);
   absl::StatusOr<Engine::AssetsPtr> LoadAssets(const std::string& sha256);
-  absl::StatusOr<Engine::SnapshotPtr> LoadSnapshot(const v1::Order& order,
-                                                   const Engine::Assets& assets);
+  absl::StatusOr<Engine::SnapshotPtr> LoadSnapshot(
+      const v1::Order& order, const Engine::Assets& assets);
 
   Engine& engine_;
   ActorMetrics& metrics_;

@@ -60,7 +60,8 @@ absl::Status ReplaySender::Stream(const Peer& peer,
                                   const std::stop_token& stop) {
   replay::SegmentStream stream(peer.channel, peer.name,
                                absl::InfiniteDuration());
-  rpc::Watchdog watchdog(options_.stall_timeout, [&stream] { stream.Cancel(); });
+  rpc::Watchdog watchdog(options_.stall_timeout,
+                         [&stream] { stream.Cancel(); });
   std::stop_source broken;
   const std::stop_callback cancel(stop, [&] {
     broken.request_stop();

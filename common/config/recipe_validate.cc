@@ -69,6 +69,7 @@ void CheckAction(const v1::Action& action, FieldChecker& check) {
                 "task.action.placement", "a known placement",
                 static_cast<int>(action.placement()));
   check.Positive(action.scale(), "task.action.scale");
+  check.AtLeast(action.strength_scale(), 0, "task.action.strength_scale");
   check.Positive(action.clip(), "task.action.clip");
   check.AtLeast(action.range_margin(), 0, "task.action.range_margin");
   const bool around_reference =

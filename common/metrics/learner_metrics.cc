@@ -79,17 +79,6 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
                                     "Mean reward of the latest iteration.")),
       evaluation_success_ratio(
           registry.AddGauge("sinew_evaluation_success_ratio",
-                            "Share of evaluation starts that survived.")),
-      checkpoint_seconds(registry.AddHistogram(
-          "sinew_checkpoint_save_seconds",
-          "Seconds to save the training state.", SecondsBuckets())),
-      checkpoint_bytes(
-          registry.AddGauge("sinew_checkpoint_size_bytes",
-                            "Bytes written by the latest good save.")),
-      checkpoint_failures(registry.AddCounter("sinew_checkpoint_failures_total",
-                                              "Saves that failed.")),
-      checkpoint_last_success(registry.AddGauge(
-          "sinew_checkpoint_last_success_timestamp_seconds",
-          "When the latest good save ended, seconds since 1970.")) {}
+                            "Share of evaluation starts that survived.")) {}
 
 }  // namespace sinew::metrics

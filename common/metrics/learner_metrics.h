@@ -42,11 +42,6 @@ struct LearnerMetrics {
   Gauge& mean_reward;
   // Share of evaluation starts that survived, latest evaluation.
   Gauge& evaluation_success_ratio;
-  // Saving the training state: every attempt, and the latest that succeeded.
-  Histogram& checkpoint_seconds;
-  Gauge& checkpoint_bytes;
-  Counter& checkpoint_failures;
-  Gauge& checkpoint_last_success;
 };
 
 }  // namespace sinew::metrics

@@ -294,11 +294,11 @@ TEST(Bundle, RefusesOtherBodiesAndCharacters) {
               }),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("manifest.json: bodies: expected")));
-  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
-                manifest.set_character("tyo");
-              }),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("character: expected \"toy\", found \"tyo\"")));
+  EXPECT_THAT(
+      ReadEdited(
+          [](v1::BundleManifest& manifest) { manifest.set_character("tyo"); }),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("character: expected \"toy\", found \"tyo\"")));
 }
 
 TEST(Bundle, RefusesPathsThatLeaveTheFolder) {

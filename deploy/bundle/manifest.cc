@@ -1,13 +1,16 @@
 #include "deploy/bundle/manifest.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "common/digest.h"
 #include "common/status_macros.h"
 #include "google/protobuf/util/json_util.h"
+#include "nlohmann/json.hpp"
 
 namespace sinew::bundle {
 namespace {
@@ -75,9 +78,19 @@ absl::Status CheckDigest(absl::string_view json, absl::string_view source) {
   const absl::string_view expected = json.substr(digits, kDigestSize);
   const std::string found = DigestOf(json, digits);
   if (found == expected) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat(source, ": expected SHA-256 ",
-                                          expected, " (manifest_sha256), found ",
-                                          found, ": altered"));
+  return absl::DataLossError(
+      absl::StrCat(source, ": expected SHA-256 ", expected,
+                   " (manifest_sha256), found ", found, ": altered"));
+}
+
+// The same JSON with sorted keys in "files", which protobuf prints in any
+// order.
+std::string WithSortedFiles(const std::string& text) {
+  auto json = nlohmann::ordered_json::parse(text);
+  const std::map<std::string, std::string> files = json["files"];
+  json["files"] = nlohmann::ordered_json(nlohmann::ordered_json::object());
+  for (const auto& [name, digest] : files) json["files"][name] = digest;
+  return json.dump(/*indent=*/1) + "\n";
 }
 
 }  // namespace
@@ -108,6 +121,7 @@ absl::StatusOr<std::string> PrintManifest(v1::BundleManifest manifest) {
     return absl::InternalError(absl::StrCat(
         kManifestFile, ": ", std::string(status.message())));
   }
+  json = WithSortedFiles(json);
   const size_t digits = FindDigest(json);
   if (digits == absl::string_view::npos) {
     return absl::InternalError(

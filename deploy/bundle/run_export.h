@@ -32,12 +32,12 @@ absl::Status SaveRunInputs(const std::string& run, const std::string& character,
 // What a run came to.
 struct RunResult {
   // A serialised v1::Snapshot.
-  absl::string_view snapshot;
+  absl::string_view snapshot = {};
   int64_t iterations = 0;
   int64_t samples = 0;
   double train_seconds = 0;
   // BuildIdentity() of the program that trained.
-  std::string build;
+  std::string build = {};
   std::optional<v1::BundleMetrics> metrics = std::nullopt;
 };
 

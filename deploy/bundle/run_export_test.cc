@@ -21,8 +21,8 @@ using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 
 // A run directory of the toy world, with the snapshot that it came to.
-struct Run {
-  Run() {
+struct FinishedRun {
+  FinishedRun() {
     toy = world::testing::MakeToyWorld();
     folder = JoinPath(toy.folder, "run");
     snapshot = SerializeDeterministically(
@@ -49,7 +49,7 @@ struct Run {
 };
 
 TEST(ExportRun, NeedsNothingOutsideTheRun) {
-  const Run run;
+  const FinishedRun run;
   ASSERT_THAT(RemoveRecursively(JoinPath(run.toy.folder, "library")), IsOk());
   ASSERT_THAT(RemoveRecursively(JoinPath(run.toy.folder, "toy.xml")), IsOk());
 
@@ -67,7 +67,7 @@ TEST(ExportRun, NeedsNothingOutsideTheRun) {
 }
 
 TEST(ExportRun, WritesMetricsWhereThereAreSome) {
-  const Run run;
+  const FinishedRun run;
   v1::BundleMetrics metrics;
   metrics.set_starts(32);
   metrics.set_e_g_mpjpe_mm(31.5);
@@ -83,7 +83,7 @@ TEST(ExportRun, WritesMetricsWhereThereAreSome) {
 }
 
 TEST(ExportRun, NamesWhatTheRunLacks) {
-  const Run run;
+  const FinishedRun run;
   ASSERT_THAT(RemoveRecursively(JoinPath(run.folder, "inputs")), IsOk());
 
   EXPECT_THAT(run.Export(), StatusIs(absl::StatusCode::kNotFound,
@@ -95,7 +95,7 @@ TEST(ExportRun, NamesWhatTheRunLacks) {
 }
 
 TEST(ExportRun, RefusesACharacterThatWasEdited) {
-  const Run run;
+  const FinishedRun run;
   const std::string path = JoinPath(run.folder, "inputs/character/toy.xml");
   ASSERT_THAT(
       WriteFileAtomically(
@@ -109,7 +109,7 @@ TEST(ExportRun, RefusesACharacterThatWasEdited) {
 }
 
 TEST(ExportRun, RefusesASnapshotThatIsNone) {
-  const Run run;
+  const FinishedRun run;
 
   EXPECT_THAT(ExportRun(run.folder, {.snapshot = "no snapshot"},
                         JoinPath(run.folder, "bundle")),
@@ -118,7 +118,7 @@ TEST(ExportRun, RefusesASnapshotThatIsNone) {
 }
 
 TEST(SaveRunInputs, RefusesALibraryOfAnotherCharacter) {
-  const Run run;
+  const FinishedRun run;
 
   EXPECT_THAT(SaveRunInputs(run.folder, "humanoid", *run.toy.library),
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr("digest")));

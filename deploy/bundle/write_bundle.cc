@@ -83,7 +83,9 @@ absl::Status WriteBundle(const BundleContent& content,
   const std::string target(absl::StripSuffix(directory, "/"));
   const std::string aside = absl::StrCat(target, ".part");
   SINEW_RETURN_IF_ERROR(RemoveRecursively(aside));
-  const absl::Cleanup clean = [&aside] { RemoveRecursively(aside).IgnoreError(); };
+  const absl::Cleanup clean = [&aside] {
+    RemoveRecursively(aside).IgnoreError();
+  };
   SINEW_RETURN_IF_ERROR(WriteAll(files, manifest, aside));
   // Nobody is to find out later what could be found out now.
   SINEW_RETURN_IF_ERROR(ReadBundle(aside).status());

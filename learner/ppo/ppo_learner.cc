@@ -66,6 +66,7 @@ class Learner final : public PpoLearner {
         graph_(std::move(graph)),
         networks_(std::move(networks)),
         pool_(options.ranks, UseOneThread),
+        mirror_(recipe.ppo().mirror() ? options.mirror : std::nullopt),
         batch_(
             options.action_width,
             MakeSegmentLayout(options.observation_width, options.action_width),
@@ -75,7 +76,9 @@ class Learner final : public PpoLearner {
   absl::StatusOr<UpdateStatistics> Update(
       absl::Span<const v1::Segment* const> segments,
       int64_t iteration) override {
-    SINEW_RETURN_IF_ERROR(batch_.Reset(segments));
+    SINEW_ASSIGN_OR_RETURN(const std::vector<const v1::Segment*> all,
+                           WithMirrorImages(segments));
+    SINEW_RETURN_IF_ERROR(batch_.Reset(all));
     SINEW_RETURN_IF_ERROR(CheckSize());
     SINEW_RETURN_IF_ERROR(LoadSegments());
     SINEW_RETURN_IF_ERROR(ComputeValues());
@@ -84,6 +87,7 @@ class Learner final : public PpoLearner {
     const BatchFigures batch = batch_.Finish();
     SINEW_RETURN_IF_ERROR(networks_->SetTargets(batch_));
     UpdateStatistics statistics = Describe(batch);
+    if (mirror_) statistics.samples /= 2;
     SINEW_ASSIGN_OR_RETURN(
         const UpdateFigures figures,
         RunEpochs(Settings(iteration), batch_, *networks_, pool_));
@@ -137,6 +141,22 @@ class Learner final : public PpoLearner {
   }
 
  private:
+  // The segments, then their mirror images if the recipe asks for them.
+  absl::StatusOr<std::vector<const v1::Segment*>> WithMirrorImages(
+      absl::Span<const v1::Segment* const> segments) {
+    std::vector<const v1::Segment*> all(segments.begin(), segments.end());
+    if (!mirror_) return all;
+    images_.resize(segments.size());
+    SINEW_RETURN_IF_ERROR(pool_.TryRun(
+        static_cast<int>(segments.size()), [&](int i) -> absl::Status {
+          SINEW_ASSIGN_OR_RETURN(images_[i],
+                                 MirrorSegment(*segments[i], *mirror_));
+          return absl::OkStatus();
+        }));
+    for (const v1::Segment& image : images_) all.push_back(&image);
+    return all;
+  }
+
   absl::Status CheckSize() const {
     const int64_t rows = batch_.rows();
     const int64_t minibatch = recipe_.ppo().minibatch();
@@ -247,6 +267,8 @@ class Learner final : public PpoLearner {
   const v1::PolicyGraph graph_;
   const std::unique_ptr<PpoNetworks> networks_;
   RankPool pool_;
+  const std::optional<SegmentMirror> mirror_;
+  std::vector<v1::Segment> images_;  // of this update
   Batch batch_;
   Moments moments_;                       // of all valid rows so far
   std::vector<Moments> segment_moments_;  // of this update
@@ -328,6 +350,10 @@ absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
   }
   const v1::Recipe full = WithDefaults(recipe);
   SINEW_RETURN_IF_ERROR(ValidateRecipe(full));
+  if (full.ppo().mirror() && !options.mirror) {
+    return absl::InvalidArgumentError(
+        "recipe field ppo.mirror: expected a task with a mirror, found none");
+  }
   const policy::TrackingPolicyOptions network = {
       .observation_width = options.observation_width,
       .action_width = options.action_width,

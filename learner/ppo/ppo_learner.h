@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "proto/sinew/v1/graph.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -53,6 +55,8 @@ class PpoLearner {
     int observation_width = 0;
     int action_width = 0;
     int ranks = 1;  // threads, >= 1
+    // Of the task; needed if the recipe says ppo.mirror.
+    std::optional<SegmentMirror> mirror = std::nullopt;
   };
   static absl::StatusOr<std::unique_ptr<PpoLearner>> Create(
       const v1::Recipe& recipe, const Options& options);

@@ -61,7 +61,7 @@ struct Fixture {
       std::vector<float> noise(tensor.num_elements());
       FillNormal({.seed = ++seed}, absl::MakeSpan(noise));
       for (size_t i = 0; i < noise.size(); ++i) {
-        tensor.mutable_float32()[i] += 0.05f * noise[i];
+        tensor.mutable_float32()[i] += 0.015f * noise[i];
       }
     }
     networks = *PpoNetworks::Create(

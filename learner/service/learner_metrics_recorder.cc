@@ -1,6 +1,7 @@
 #include "learner/service/learner_metrics_recorder.h"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace sinew::learner {
 
@@ -59,18 +60,6 @@ void LearnerMetricsRecorder::RecordActors(
   add(metrics_.orders_returned, before_.orders_returned,
       statistics.orders_returned);
   before_ = statistics;
-}
-
-void LearnerMetricsRecorder::RecordSave(const Save& save) {
-  metrics_.stage_seconds.Add("checkpoint", save.seconds);
-  metrics_.checkpoint_seconds.Observe(save.seconds);
-  if (!save.status.ok()) {
-    metrics_.checkpoint_failures.Increment();
-    return;
-  }
-  metrics_.checkpoint_bytes.Set(static_cast<double>(save.bytes));
-  metrics_.checkpoint_last_success.Set(
-      absl::ToDoubleSeconds(save.when - absl::UnixEpoch()));
 }
 
 std::function<void(double seconds)> ObserveApply(

@@ -1,11 +1,8 @@
 #ifndef SINEW_LEARNER_SERVICE_LEARNER_METRICS_RECORDER_H_
 #define SINEW_LEARNER_SERVICE_LEARNER_METRICS_RECORDER_H_
 
-#include <cstdint>
 #include <functional>
 
-#include "absl/status/status.h"
-#include "absl/time/time.h"
 #include "common/metrics/learner_metrics.h"
 #include "learner/dispatcher/dispatcher.h"
 #include "learner/trainer/trainer.h"
@@ -16,7 +13,7 @@ namespace sinew::learner {
 //
 //   Dispatcher::Options::on_apply = ObserveApply(metrics)
 //   per iteration: RecordIteration(report) RecordActors(statistics)
-//   per save:      RecordSave(save)
+//   per save:      RecordSaveSeconds(seconds)
 //
 // Thread-safety: one caller (ObserveApply's function: any thread). Ownership:
 // borrows the series. Blocking: never. Errors: none.
@@ -30,14 +27,10 @@ class LearnerMetricsRecorder {
   // Totals only grow; counters move by what was added since the last call.
   void RecordActors(const Dispatcher::Statistics& statistics);
 
-  // One attempt to save the training state.
-  struct Save {
-    absl::Status status;
-    double seconds = 0;
-    int64_t bytes = 0;  // written; 0: unknown
-    absl::Time when;    // wall time of its end
-  };
-  void RecordSave(const Save& save);
+  // Of the loop's time; the series of saving itself are SaveMetrics.
+  void RecordSaveSeconds(double seconds) {
+    metrics_.stage_seconds.Add("checkpoint", seconds);
+  }
 
  private:
   metrics::LearnerMetrics& metrics_;

@@ -63,7 +63,8 @@ absl::StatusOr<Trainer::State> LoadLatestState(
   SINEW_ASSIGN_OR_RETURN(const v1::ListArtifactsResponse list,
                          store.ListArtifacts(kKind));
   for (const std::string& damaged : list.damaged()) {
-    warnings->push_back(absl::StrCat("passed over a damaged record: ", damaged));
+    warnings->push_back(
+        absl::StrCat("passed over a damaged record: ", damaged));
   }
   for (const v1::Artifact& artifact : list.artifacts()) {
     absl::StatusOr<Trainer::State> state = LoadState(store, artifact.id());

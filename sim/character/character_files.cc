@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <set>
-#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -76,20 +75,6 @@ void StripVisuals(const std::set<std::string>& needed, XMLElement* root) {
   });
 }
 
-// File names (no folders) that the document still asks for.
-std::set<std::string> NamedFiles(XMLElement* root) {
-  std::set<std::string> names;
-  Walk(root, [&names](XMLElement* element) {
-    for (const tinyxml2::XMLAttribute* attribute = element->FirstAttribute();
-         attribute != nullptr; attribute = attribute->Next()) {
-      if (absl::StartsWith(attribute->Name(), "file")) {
-        names.insert(Path(attribute->Value()).filename().string());
-      }
-    }
-  });
-  return names;
-}
-
 bool HasIncludes(XMLElement* root) {
   bool found = false;
   Walk(root, [&found](XMLElement* element) {
@@ -98,35 +83,77 @@ bool HasIncludes(XMLElement* root) {
   return found;
 }
 
-// Paths of the files that an MJCF names, those of included ones too.
-std::vector<std::string> Dependencies(const std::string& model_path) {
-  mjStringVec files;
-  mju_getXMLDependencies(model_path.c_str(), &files);
-  return files;
+// Folders in which MuJoCo looks for assets, relative to the model's.
+struct AssetFolders {
+  std::string mesh, texture;
+};
+
+void ReadFolders(XMLElement* root, AssetFolders* folders) {
+  Walk(root, [folders](XMLElement* element) {
+    if (!Is(*element, "compiler")) return;
+    const std::string asset = Attribute(*element, "assetdir");
+    const std::string mesh = Attribute(*element, "meshdir");
+    const std::string texture = Attribute(*element, "texturedir");
+    if (!asset.empty()) *folders = {.mesh = asset, .texture = asset};
+    if (!mesh.empty()) folders->mesh = mesh;
+    if (!texture.empty()) folders->texture = texture;
+  });
 }
 
-// Adds the MJCF's dependencies whose name is in `wanted` (all if it is null),
-// in the places that they have beside it.
-absl::Status AddDependencies(const std::string& model_path,
-                             const std::string& model_name,
-                             const std::set<std::string>* wanted,
-                             std::map<std::string, std::string>& files) {
-  const Path folder = std::filesystem::absolute(model_path).parent_path();
-  const Path own = std::filesystem::absolute(model_path).lexically_normal();
-  for (const std::string& file : Dependencies(model_path)) {
-    const Path path = std::filesystem::absolute(file).lexically_normal();
-    if (path == own) continue;
-    if (wanted != nullptr && !wanted->contains(path.filename().string())) {
-      continue;
+// Files that a document names, relative to the model's folder.
+std::set<std::string> NamedFiles(XMLElement* root,
+                                 const AssetFolders& folders) {
+  std::set<std::string> names;
+  Walk(root, [&](XMLElement* element) {
+    Path folder = folders.mesh;
+    if (Is(*element, "include")) folder = "";
+    if (Is(*element, "texture")) folder = folders.texture;
+    for (const tinyxml2::XMLAttribute* attribute = element->FirstAttribute();
+         attribute != nullptr; attribute = attribute->Next()) {
+      if (absl::StartsWith(attribute->Name(), "file")) {
+        names.insert((folder / attribute->Value()).lexically_normal());
+      }
     }
-    const Path relative = path.lexically_relative(folder);
-    if (relative.empty() || *relative.begin() == "..") {
+  });
+  return names;
+}
+
+absl::Status Parse(const std::string& path, const std::string& text,
+                   tinyxml2::XMLDocument* document) {
+  if (document->Parse(text.data(), text.size()) == tinyxml2::XML_SUCCESS) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": expected XML, found: ", document->ErrorStr()));
+}
+
+// A model's files while they are gathered.
+struct Gathering {
+  Path folder;       // where the model lies
+  Path name_folder;  // where it is to lie, below the character's folder
+  AssetFolders assets;
+  std::map<std::string, std::string>* files;
+};
+
+// Adds what the document names, and what that names.
+absl::Status AddNamed(const std::string& path, XMLElement* root,
+                      Gathering& gathering) {
+  ReadFolders(root, &gathering.assets);
+  for (const std::string& name : NamedFiles(root, gathering.assets)) {
+    if (Path(name).is_absolute() || absl::StartsWith(name, "..")) {
       return absl::InvalidArgumentError(
-          absl::StrCat(model_path, ": expected files in its own folder, found ",
-                       path.string()));
+          absl::StrCat(path, ": expected files in its own folder, found ",
+                       name));
     }
-    const Path name = Path(model_name).parent_path() / relative;
-    SINEW_ASSIGN_OR_RETURN(files[name.string()], ReadFile(path.string()));
+    const std::string to = (gathering.name_folder / name).string();
+    if (gathering.files->contains(to)) continue;
+    const std::string from = (gathering.folder / name).string();
+    SINEW_ASSIGN_OR_RETURN(const std::string content, ReadFile(from));
+    (*gathering.files)[to] = content;
+    if (!absl::EndsWith(name, ".xml")) continue;
+    tinyxml2::XMLDocument included;
+    SINEW_RETURN_IF_ERROR(Parse(from, content, &included));
+    SINEW_RETURN_IF_ERROR(AddNamed(from, included.RootElement(), gathering));
   }
   return absl::OkStatus();
 }
@@ -136,25 +163,20 @@ absl::Status AddModel(const std::string& path, const std::string& name,
                       std::map<std::string, std::string>& files) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": expected XML, found: ", document.ErrorStr()));
-  }
+  SINEW_RETURN_IF_ERROR(Parse(path, text, &document));
   XMLElement* root = document.RootElement();
-  if (HasIncludes(root)) {
-    files[name] = text;
-    return AddDependencies(path, name, /*wanted=*/nullptr, files);
+  files[name] = text;
+  if (!HasIncludes(root) && !NamedFiles(root, AssetFolders()).empty()) {
+    StripVisuals(NeededMeshes(model), root);
+    tinyxml2::XMLPrinter printer;
+    document.Print(&printer);
+    files[name] = printer.CStr();
   }
-  if (NamedFiles(root).empty()) {
-    files[name] = text;
-    return absl::OkStatus();
-  }
-  StripVisuals(NeededMeshes(model), root);
-  tinyxml2::XMLPrinter printer;
-  document.Print(&printer);
-  files[name] = printer.CStr();
-  const std::set<std::string> wanted = NamedFiles(root);
-  return AddDependencies(path, name, &wanted, files);
+  Gathering gathering = {.folder = Path(path).parent_path(),
+                         .name_folder = Path(name).parent_path(),
+                         .assets = {},
+                         .files = &files};
+  return AddNamed(path, root, gathering);
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ constexpr char kModel[] =
   <freejoint/><geom size="0.1"/>
   <body name="leg" pos="0 0 -0.3">
     <joint name="knee" type="hinge" axis="0 1 0" range="-1 1"/>
-    <geom name="sole" size="0.05" mass="1"/></body></body></worldbody></mujoco>)";
+    <geom name="sole" size="0.05" mass="1"/>
+    </body></body></worldbody></mujoco>)";
 constexpr char kText[] = R"(format_version: 1 name: "hopper"
   model_file: "m.xml" head_body: "root" standing_root_height: 0.4
   actuator_law { derivation: "test" } feet { body: "leg" }

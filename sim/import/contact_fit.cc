@@ -45,8 +45,8 @@ struct NonNegative {
   MatrixXd change;     // derivative of r by b
 };
 
-// By its dual. Optimal are exactly x = max(0, A' r) / c^2 with r = b - A x, so r
-// minimises the convex
+// By its dual. Optimal are exactly x = max(0, A' r) / c^2 with r = b - A x, so
+// r minimises the convex
 //   f(r) = |r|^2 / 2 + |max(0, A' r)|^2 / 2 c^2 - b' r,
 // piecewise quadratic and of few unknowns however many columns A has: Newton's
 // method with step halving ends after a few pieces.

@@ -141,11 +141,12 @@ TEST_F(ImporterTest, OneBadFileDoesNotStopTheOthers) {
   const auto library = Import(files, "mixed");
   EXPECT_EQ(library->num_clips(), 1);
   ASSERT_EQ(reports_.size(), files.size());
-  EXPECT_THAT(reports_[0].status, StatusIs(absl::StatusCode::kInvalidArgument,
-                                           HasSubstr("text.txt: expected JSON")));
+  EXPECT_THAT(reports_[0].status,
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("text.txt: expected JSON")));
   EXPECT_THAT(reports_[1].status, IsOk());
-  EXPECT_THAT(reports_[2].status,
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("cut.txt")));
+  EXPECT_THAT(reports_[2].status, StatusIs(absl::StatusCode::kInvalidArgument,
+                                           HasSubstr("cut.txt")));
   EXPECT_THAT(reports_[3].status,
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("nan.txt: expected finite numbers")));

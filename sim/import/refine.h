@@ -15,8 +15,10 @@ struct RefineOptions {
   // Root force in body weights (torque: kTorqueArm times that) which contact
   // cannot explain.
   double physics = 1;
-  // A joint torque at its limit, of the above.
-  double torque = kJointWeight;
+  // A joint torque at its limit, of the above. Three times what the fit of
+  // forces alone takes: with less, single frames of get-ups ask for ten times a
+  // limit; with this for three, at no higher residual.
+  double torque = 3 * kJointWeight;
   // Distance from the motion as it came: hinges and root rotation per rad, root
   // position per m along the floor and up.
   double joint = 0.5;

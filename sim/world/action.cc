@@ -5,6 +5,18 @@
 #include "common/check.h"
 
 namespace sinew::world {
+namespace {
+
+// Radians per unit of action.
+double Scale(const v1::Action& recipe, const character::JointInfo& joint) {
+  if (joint.action_scale > 0) return joint.action_scale;
+  if (recipe.strength_scale() > 0) {
+    return recipe.strength_scale() * joint.torque_limit / joint.stiffness;
+  }
+  return recipe.scale();
+}
+
+}  // namespace
 
 ActionLaw::ActionLaw(const v1::Action& recipe,
                      absl::Span<const character::JointInfo> joints)
@@ -20,7 +32,7 @@ ActionLaw::ActionLaw(const v1::Action& recipe,
          .torque_gain =
              recipe.torque_feedforward() ? 1.0 / joint.stiffness : 0.0,
          .default_position = joint.default_position,
-         .scale = joint.action_scale > 0 ? joint.action_scale : recipe.scale(),
+         .scale = Scale(recipe, joint),
          .low = joint.lower - recipe.range_margin(),
          .high = joint.upper + recipe.range_margin()});
   }

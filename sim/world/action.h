@@ -22,8 +22,9 @@ namespace sinew::world {
 //   target_j = clamp(base_j + scale_j * clamp(action_j, +-clip),
 //                    lower_j - range_margin, upper_j + range_margin)
 //
-// scale_j is the joint's own action_scale, or the recipe's where that is 0. The
-// feed-forwards make a held target ask, at zero error, for the reference's
+// scale_j is the joint's own action_scale; where that is 0, strength_scale *
+// torque limit / kp; where that is off, the recipe's scale. The feed-forwards
+// make a held target ask, at zero error, for the reference's
 // torque: kp (base - q) - kd dq = kp (q^ - q) + kd (dq^ - dq) + tau^. The range
 // margin leaves them room at the ends of the range.
 //

@@ -66,6 +66,14 @@ TEST_F(ActionLawTest, PlacesTargetsAroundTheNextReferenceByDefault) {
   EXPECT_THAT(Target(Recipe(), {1, -1}), ElementsAre(DoubleEq(0.95), -0.75));
 }
 
+TEST_F(ActionLawTest, MeasuresActionsByTheStrengthOfAJointIfAsked) {
+  v1::Action recipe = Recipe();
+  recipe.set_strength_scale(0.25);
+
+  // Knee: 0.75 + 0.25 * 50 / 100; the hip's own scale stays.
+  EXPECT_THAT(Target(recipe, {1, -1}), ElementsAre(DoubleEq(0.875), -0.75));
+}
+
 TEST_F(ActionLawTest, PlacesTargetsAroundTheBodyOrTheDefaultPose) {
   v1::Action recipe = Recipe();
   recipe.set_velocity_feedforward(true);  // Not around these.

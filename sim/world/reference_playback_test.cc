@@ -36,7 +36,8 @@ struct Playback {
     const std::string folder = JoinPath(::testing::TempDir(), "library");
     std::vector<import::ClipReport> reports;
     EXPECT_THAT(
-        sinew::import::ImportFiles(*character, files, {}, folder, &reports), IsOk());
+        sinew::import::ImportFiles(*character, files, {}, folder, &reports),
+        IsOk());
     auto opened = motion::Library::Load(folder);
     EXPECT_THAT(opened, IsOk());
     library = *std::move(opened);

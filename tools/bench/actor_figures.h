@@ -12,7 +12,8 @@ namespace sinew::bench {
 // How much of an actor's time is physics. A round of a thread runs one training
 // order with its RolloutWorker (observation, policy, reward, encoding, the
 // segment's bytes) and then steps the same states under the same torques in a
-// plain loop around mj_step; that both end in the same states is checked. Times
+// plain loop around mj_step (all but the first step of each episode); that both
+// go through the same states is checked bit for bit. Times
 // are CPU seconds of the thread, so that other load on the machine counts as
 // little as it can; a figure is the median over rounds and threads.
 struct ActorFigures {

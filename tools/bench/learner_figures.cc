@@ -5,6 +5,7 @@
 #include <ctime>
 #include <limits>
 #include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -80,7 +81,10 @@ absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(const auto two, create(2));
   std::unique_ptr<learner::PpoLearner> bfloat16;
   LearnerRatios ratios;
-  if (learner::CheckBfloat16(learner::DetectCpu(), full.device()).ok()) {
+  const absl::Status has_bfloat16 =
+      learner::CheckBfloat16(learner::DetectCpu(), full.device());
+  ratios.bfloat16_reason = std::string(has_bfloat16.message());
+  if (has_bfloat16.ok()) {
     full.mutable_ppo()->set_bfloat16(true);
     SINEW_ASSIGN_OR_RETURN(bfloat16, create(1));
     ratios.bfloat16.emplace();

@@ -2,6 +2,7 @@
 #define SINEW_TOOLS_BENCH_LEARNER_FIGURES_H_
 
 #include <optional>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "proto/sinew/v1/recipe.pb.h"
@@ -18,6 +19,7 @@ struct LearnerRatios {
   double gemm_flops_per_s = 0;  // best plain float32 product, one thread
   LearnerFigures one_rank, two_ranks;
   std::optional<LearnerFigures> bfloat16;  // one rank; where the CPU has it
+  std::string bfloat16_reason;             // why there is none
   // one_rank.flops_per_s over gemm_flops_per_s, and the same by processor time,
   // which other load on the machine hardly touches.
   double gemm_ratio = 0;

@@ -13,37 +13,41 @@
 
 namespace sinew::bench {
 
-// The physics of a training segment and nothing else: of every environment that
-// the order handed over with a state, the steps up to the end of its episode or
-// of the segment, as applied forces per mj_step, worked out beforehand.
+// The physics of rollouts and nothing else, as applied forces per mj_step that
+// are worked out beforehand. Fed with a rollout in orders of one control step
+// each, it holds every step but the first of each episode.
 //
-// Use: Prepare, then Run as often as wanted.
+// Use: Clear, Add one order after another, then Run as often as wanted.
 //
 // Thread-safety: one caller. Ownership: borrows the task; owns its mjData.
-// Blocking: both compute. Errors: Prepare gives INTERNAL if the forces do not
-// lead to the segment's end states, bit for bit.
+// Blocking: both compute. Errors: Add gives INTERNAL if the forces do not lead
+// to the segment's end states, bit for bit.
 class RawPhysics {
  public:
   explicit RawPhysics(const world::TrackingTask& task);
 
-  absl::Status Prepare(const v1::Order& order, const v1::Segment& segment);
+  void Clear();
+
+  // Of each environment that the order hands over with a state, its one step.
+  absl::Status Add(const v1::Order& order, const v1::Segment& segment);
 
   // Plain loops around mj_step; returns how many.
   int64_t Run();
 
  private:
-  // One environment.
+  // One stretch of an episode.
   struct Track {
     std::vector<double> start;   // physics row
     std::vector<double> forces;  // [steps, nv] of qfrc_applied
   };
-  Track Record(const v1::EnvironmentState& state, int steps, int environment,
-               int environments, absl::Span<const double> targets);
+  void Record(const v1::EnvironmentState& state,
+              absl::Span<const double> target, Track* track);
 
   const world::TrackingTask& task_;
   const mjModel* const model_;
   const character::DataPtr data_;
   std::vector<Track> tracks_;
+  std::vector<int> open_;  // by environment: its track; -1: none
 };
 
 }  // namespace sinew::bench

@@ -87,11 +87,13 @@ Json Definitions(const Subject& subject) {
       subject.assets->recipe().evaluation().max_mean_body_distance();
   return {
       {"success", "a clip succeeds if all its starts survive"},
-      {"survived", "the mean distance of tracked bodies from the reference "
-                   "never exceeds fall_distance_m"},
+      {"survived",
+       "the mean distance of tracked bodies from the reference "
+       "never exceeds fall_distance_m"},
       {"fall_distance_m", fall},
       {"survived_share", "frames reached / frames asked for"},
-      {"e_g_mpjpe_mm", "mean distance of tracked bodies from the reference, mm"},
+      {"e_g_mpjpe_mm",
+       "mean distance of tracked bodies from the reference, mm"},
       {"e_mpjpe_mm", "the same with the root's position subtracted, mm"},
       {"e_vel", "mean change of that offset per frame, mm/frame at 30 Hz"},
       {"e_acc", "its second difference, mm/frame^2 at 30 Hz"},

@@ -41,9 +41,9 @@ absl::StatusOr<int> FindClip(const motion::Library& library,
     names.push_back(library.clip(i).name());
   }
   if (library.num_clips() > kListedClips) names.push_back("...");
-  return absl::NotFoundError(absl::StrCat("clip \"", name, "\": expected one of ",
-                                          library.num_clips(), " clips (",
-                                          absl::StrJoin(names, ", "), ")"));
+  return absl::NotFoundError(
+      absl::StrCat("clip \"", name, "\": expected one of ", library.num_clips(),
+                   " clips (", absl::StrJoin(names, ", "), ")"));
 }
 
 absl::StatusOr<Subject> MakeZeroActionSubject(

@@ -29,19 +29,23 @@ class Target:
         return self.label[2:].split(":")[0]
 
 
-def _literal(node, where):
-    """A string, a list of strings, a select or a sum of these, flattened."""
+def _literal(node, where, constants):
+    """Strings of a literal, list, select, constant or sum of these."""
     if isinstance(node, ast.Constant):
         return [node.value] if isinstance(node.value, str) else []
     if isinstance(node, (ast.List, ast.Tuple)):
-        return [item for part in node.elts for item in _literal(part, where)]
+        return [item for part in node.elts
+                for item in _literal(part, where, constants)]
     if isinstance(node, ast.BinOp):
-        return _literal(node.left, where) + _literal(node.right, where)
+        return (_literal(node.left, where, constants) +
+                _literal(node.right, where, constants))
+    if isinstance(node, ast.Name) and node.id in constants:
+        return _literal(constants[node.id], where, constants)
     if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "glob":
         return []
     if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "select":
         return [item for part in node.args[0].values
-                for item in _literal(part, where)]
+                for item in _literal(part, where, constants)]
     raise ValueError(f"{where}:{node.lineno}: expected literal labels, found "
                      f"{ast.unparse(node)}")
 
@@ -58,7 +62,7 @@ def absolute(label, package):
     return f"//{package}:{label.lstrip(':')}"
 
 
-def _target(call, package, where, testonly):
+def _target(call, package, where, testonly, constants):
     arguments = {keyword.arg: keyword.value for keyword in call.keywords}
     name = arguments.get("name")
     if not isinstance(name, ast.Constant):
@@ -66,7 +70,7 @@ def _target(call, package, where, testonly):
     labels = []
     for attribute in _DEPENDENCIES:
         if attribute in arguments:
-            labels += _literal(arguments[attribute], where)
+            labels += _literal(arguments[attribute], where, constants)
     own = arguments.get("testonly")
     if isinstance(own, ast.Constant):
         testonly = bool(own.value)
@@ -88,7 +92,11 @@ def targets(root):
             continue
         package = os.path.dirname(path)
         testonly = False
+        constants = {}
         for statement in ast.parse(tree.read(root, path), path).body:
+            if isinstance(statement, ast.Assign):
+                constants[statement.targets[0].id] = statement.value
+                continue
             call = getattr(statement, "value", None)
             if not isinstance(call, ast.Call) or \
                     not isinstance(call.func, ast.Name):
@@ -100,7 +108,7 @@ def targets(root):
                 continue
             if call.func.id in ("package_group", "config_setting", "alias"):
                 continue
-            target = _target(call, package, path, testonly)
+            target = _target(call, package, path, testonly, constants)
             if target is not None:
                 found[target.label] = target
     return found

@@ -9,8 +9,12 @@
   layer 5   tools, tests
 
 A target may depend on lower layers and within its own folder. Beyond that:
+  - tests of a role may use the testing/ folders of other roles, which ship
+    their fakes there;
   - a client depends on layers 0 and 1 only, never on another client;
   - of sim, learner may use sim/motion alone;
+  - tests and fakes of a role may use the fakes that another role ships in a
+    folder named testing;
   - libtorch is named in learner/ alone, and nothing below layer 5 but learner/
     reaches it;
   - deploy/runtime reaches neither libtorch nor gRPC;
@@ -75,11 +79,17 @@ def edge_error(target, dependency):
         return ""
     if own_layer == 5 and its_layer == 5:
         return "" if own_folder == "tests" else "tools may not use tests"
+    if own_layer == its_layer == 4 and target.testonly and \
+            package.split("/")[-1] == "testing":
+        return ""
     if own_layer == 3 and its_layer >= 2:
         return "a client may use proto and common alone"
     if own_folder == "learner" and 2 <= its_layer < 3 and \
             its_folder != "sim/motion":
         return "of sim, learner may use sim/motion alone"
+    if target.testonly and its_layer == own_layer == 4 and \
+            package.endswith("/testing"):
+        return ""
     if its_layer >= own_layer:
         return f"{its_folder} is not below {own_folder}"
     return ""

@@ -69,6 +69,16 @@ class DependencyLaw(unittest.TestCase):
             "actor": library("actor", ["//learner/ppo"]),
         }))
 
+    def test_lets_tests_of_a_role_use_the_fakes_of_another(self):
+        packages = {
+            "replay/testing": library("fake", []),
+            "actor": library("t_test", ["//replay/testing:fake"],
+                             rule="sinew_cc_test"),
+        }
+        self.assertEqual([], law_errors(packages))
+        packages["actor"] = library("t", ["//replay/testing:fake"])
+        self.assertIn("replay is not below actor", self.only_error(packages))
+
     def test_keeps_clients_apart(self):
         self.assertIn("a client may use proto and common", self.only_error({
             "replay/client": library("client", []),
@@ -120,6 +130,13 @@ class DependencyLaw(unittest.TestCase):
             "learner": library("learner", []),
             "common": 'sinew_cc_library(name = "c", deps = ["@system//:absl"]'
                       ' + select({"//x:y": ["//learner"]}))\n',
+        }))
+
+    def test_reads_named_lists(self):
+        self.assertIn("not below", self.only_error({
+            "learner": library("learner", []),
+            "common": '_DEPS = ["//learner"]\n'
+                      'sinew_cc_library(name = "c", deps = _DEPS + [])\n',
         }))
 
     def test_wants_a_layer_for_every_folder(self):

@@ -1,6 +1,6 @@
 """Checks ONNX models and runs them with onnxruntime.
 
-Usage: onnx_check.py --packages DIR MODEL INPUTS OUTPUTS [MODEL INPUTS OUTPUTS]...
+Usage: onnx_check.py --packages DIR {MODEL INPUTS OUTPUTS}...
 
 DIR holds the unpacked packages onnx, onnxruntime and what they need. INPUTS is
 a safetensors file with one float32 tensor for each input of MODEL; OUTPUTS is

@@ -21,7 +21,8 @@ std::string MotionsOf(const ReportOptions& options, const RunRecord& run) {
     return options.motions;
   }
   const Json library = run.evaluation.value("library", Json::object());
-  const Json path = library.is_object() ? library.value("path", Json()) : Json();
+  const Json path =
+      library.is_object() ? library.value("path", Json()) : Json();
   return path.is_string() ? path.get<std::string>() : "";
 }
 

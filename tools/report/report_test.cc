@@ -327,8 +327,9 @@ TEST_F(FinishedRun, NamesAClipThatIsNotThere) {
 }
 
 TEST(Report, OfARunThatIsNotThereIsRefused) {
-  EXPECT_THAT(WriteReport({.run = NewFolder()}, StopToken()),
-              StatusIs(absl::StatusCode::kNotFound, HasSubstr("run directory")));
+  EXPECT_THAT(
+      WriteReport({.run = NewFolder()}, StopToken()),
+      StatusIs(absl::StatusCode::kNotFound, HasSubstr("run directory")));
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ Json ReadObject(const std::string& path, const char* otherwise,
 std::string BundleOf(const RunRecord& run) {
   if (run.evaluation.is_object()) {
     const Json bundle = run.evaluation.value("bundle", Json());
-    const Json path = bundle.is_object() ? bundle.value("path", Json()) : Json();
+    const Json path =
+        bundle.is_object() ? bundle.value("path", Json()) : Json();
     if (path.is_string() &&
         FileExists(JoinPath(path.get<std::string>(), "manifest.json"))) {
       return path.get<std::string>();
@@ -62,9 +63,9 @@ void ReadRows(const std::string& path, RunRecord* run) {
     }
   }
   if (bad > 0) {
-    run->notes.push_back(absl::StrCat(path, ": ", bad,
-                                      " lines are no JSON objects (first: line ",
-                                      first_bad, "); left out"));
+    run->notes.push_back(absl::StrCat(
+        path, ": ", bad, " lines are no JSON objects (first: line ", first_bad,
+        "); left out"));
   }
 }
 

@@ -44,8 +44,8 @@ TEST_F(ActorCommand, EndsInOrderWhenAskedToWhileNobodyAnswers) {
 }
 
 TEST_F(ActorCommand, EndsWithAnErrorThatNamesALearnerThatIsNotThere) {
-  EXPECT_THAT(Run(absl::StrCat("--reconnect-seconds 0.02 --threads 1 --learner ",
-                               folder_.Address("nobody"))),
+  EXPECT_THAT(Run(absl::StrCat("--reconnect-seconds 0.02 --threads 1",
+                               " --learner ", folder_.Address("nobody"))),
               StatusIs(absl::StatusCode::kUnavailable,
                        AllOf(HasSubstr(folder_.Address("nobody")),
                              HasSubstr("for 20ms"))));

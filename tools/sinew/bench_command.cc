@@ -21,6 +21,7 @@
 #include "tools/bench/actor_figures.h"
 #include "tools/bench/actor_memory.h"
 #include "tools/bench/learner_figures.h"
+#include "tools/bench/transport_figures.h"
 #include "tools/sinew/resources.h"
 
 namespace sinew::tools {
@@ -130,40 +131,62 @@ absl::StatusOr<Json> ActorSection(
 }
 
 Json LearnerJson(const bench::LearnerFigures& figures) {
-  return {{"gemm_ratio", figures.gemm_ratio},
-          {"cpu_gemm_ratio", figures.cpu_gemm_ratio},
-          {"samples_per_s", figures.samples_per_s},
+  return {{"samples_per_s", figures.samples_per_s},
           {"flops_per_s", figures.flops_per_s},
-          {"gemm_flops_per_s", figures.gemm_flops_per_s}};
+          {"cpu_flops_per_s", figures.cpu_flops_per_s}};
 }
 
 // Updates at minibatch 4096: float32 on one rank and on two, bfloat16.
 absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
                                     const actor::RolloutAssets& assets) {
-  const auto measure = [&](int ranks, bool bfloat16) {
-    v1::Recipe recipe = assets.recipe();
-    recipe.mutable_ppo()->set_minibatch(kMinibatch);
-    recipe.mutable_ppo()->set_bfloat16(bfloat16);
-    return bench::MeasureLearner(recipe, assets.task().observation_width(),
-                                 assets.task().action_width(), ranks,
-                                 options.updates);
-  };
-  SINEW_ASSIGN_OR_RETURN(const bench::LearnerFigures one, measure(1, false));
-  SINEW_ASSIGN_OR_RETURN(const bench::LearnerFigures two, measure(2, false));
-  const absl::StatusOr<bench::LearnerFigures> half = measure(1, true);
-  Json section = LearnerJson(one);
+  v1::Recipe recipe = assets.recipe();
+  recipe.mutable_ppo()->set_minibatch(kMinibatch);
+  SINEW_ASSIGN_OR_RETURN(
+      const bench::LearnerRatios ratios,
+      bench::MeasureLearner(recipe, assets.task().observation_width(),
+                            assets.task().action_width(), options.updates));
+  Json section = LearnerJson(ratios.one_rank);
   section["minibatch"] = kMinibatch;
-  section["two_rank_ratio"] = two.samples_per_s / one.samples_per_s;
-  section["two_ranks"] = LearnerJson(two);
-  if (half.ok()) {
-    section["bfloat16_ratio"] = half->samples_per_s / one.samples_per_s;
+  section["gemm_ratio"] = ratios.gemm_ratio;
+  section["cpu_gemm_ratio"] = ratios.cpu_gemm_ratio;
+  section["gemm_flops_per_s"] = ratios.gemm_flops_per_s;
+  section["two_rank_ratio"] = ratios.two_ranks_ratio;
+  section["two_ranks"] = LearnerJson(ratios.two_ranks);
+  if (ratios.bfloat16_ratio.has_value()) {
+    section["bfloat16_ratio"] = *ratios.bfloat16_ratio;
   } else {
     section["bfloat16_ratio"] = nullptr;
-    section["bfloat16_reason"] = std::string(half.status().message());
+    section["bfloat16_reason"] = ratios.bfloat16_reason;
   }
   absl::FPrintF(stderr, "learner: gemm ratio %.3f, two ranks %.2f times one\n",
-                one.gemm_ratio, two.samples_per_s / one.samples_per_s);
+                ratios.gemm_ratio, ratios.two_ranks_ratio);
   return section;
+}
+
+// Segments of this task through replay, beside the rate at which two threads of
+// actors make them.
+absl::StatusOr<Json> TransportSection(const actor::RolloutAssets& assets,
+                                      double mj_steps_per_s) {
+  const v1::Recipe& recipe = assets.recipe();
+  const v1::Rollouts& rollouts = recipe.rollouts();
+  bench::TransportOptions options;
+  options.observation_width = assets.task().observation_width();
+  options.action_width = assets.task().action_width();
+  options.environments = rollouts.environments_per_order();
+  options.steps = rollouts.horizon();
+  options.orders = rollouts.environments() / rollouts.environments_per_order();
+  options.samples_per_s = mj_steps_per_s * recipe.physics().control_hz() /
+                          recipe.physics().physics_hz();
+  SINEW_ASSIGN_OR_RETURN(const bench::TransportFigures figures,
+                         bench::MeasureTransport(options));
+  absl::FPrintF(
+      stderr, "transport: %.2f GB/s, %.1f %% of a core at %.0f samples/s\n",
+      figures.gb_per_s, 100 * figures.core_share, options.samples_per_s);
+  return Json{{"gb_per_s", figures.gb_per_s},
+              {"core_s_per_gb", figures.core_s_per_gb},
+              {"bytes_per_sample", figures.bytes_per_sample},
+              {"samples_per_s", options.samples_per_s},
+              {"core_share", figures.core_share}};
 }
 
 absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
@@ -196,6 +219,11 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
                          ActorSection(options, assets, snapshot));
   if (stop.stop_requested()) return absl::CancelledError("bench stopped");
   SINEW_ASSIGN_OR_RETURN(result["learner"], LearnerSection(options, *assets));
+  SINEW_ASSIGN_OR_RETURN(
+      result["transport"],
+      TransportSection(*assets,
+                       result["actor"]["two_threads"]["rollout_mj_steps_per_s"]
+                           .get<double>()));
   return WriteFileAtomically(options.out, result.dump(2) + "\n");
 }
 

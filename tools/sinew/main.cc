@@ -7,11 +7,13 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "common/stop.h"
+#include "grpc/grpc.h"
 #include "tools/sinew/actor_command.h"
 #include "tools/sinew/bench_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/eval_command.h"
+#include "tools/sinew/export_command.h"
 #include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
 #include "tools/sinew/quickstart_command.h"
@@ -19,6 +21,7 @@
 #include "tools/sinew/replay_command.h"
 #include "tools/sinew/report_command.h"
 #include "tools/sinew/train_command.h"
+#include "tools/sinew/verify_command.h"
 
 namespace {
 
@@ -40,6 +43,7 @@ int main(int argc, char** argv) {
   AddBenchCommand(app, action);
   AddCheckpointCommand(app, action);
   AddEvalCommand(app, action);
+  AddExportCommand(app, action);
   AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
   AddQuickstartCommand(app, action);
@@ -47,11 +51,15 @@ int main(int argc, char** argv) {
   AddReplayCommand(app, action);
   AddReportCommand(app, action);
   AddTrainCommand(app, action);
+  AddVerifyCommand(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  // Held until the process ends: when the last channel goes, gRPC would wait up
+  // to 10 s for its own poller.
+  grpc_init();
   const auto signals = sinew::SignalStop::Install();
   if (!signals.ok()) return ExitCode(signals.status());
   return ExitCode(action((*signals)->token()));

@@ -54,7 +54,8 @@ absl::StatusOr<std::unique_ptr<ActorProcesses>> ActorProcesses::Start(
     result->processes_.push_back(std::move(process));
   }
   for (int i = 0; i < count; ++i) {
-    result->watchers_.emplace_back([self = result.get(), i] { self->Watch(i); });
+    result->watchers_.emplace_back(
+        [self = result.get(), i] { self->Watch(i); });
   }
   return result;
 }

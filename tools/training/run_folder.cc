@@ -2,8 +2,10 @@
 
 #include <google/protobuf/util/message_differencer.h>
 
+#include <algorithm>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
@@ -18,8 +20,7 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<DirectoryLock> lock,
                          DirectoryLock::Acquire(path));
   std::unique_ptr<RunFolder> folder(new RunFolder(path, std::move(lock)));
-  const auto states = ListDirectory(folder->checkpoints());
-  if (states.ok() && !states->empty()) {
+  if (folder->HasState()) {
     SINEW_RETURN_IF_ERROR(folder->CheckSameRecipe(recipe));
   }
   SINEW_RETURN_IF_ERROR(
@@ -27,10 +28,19 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
   return folder;
 }
 
+bool RunFolder::HasState() const {
+  const auto names = ListDirectory(JoinPath(checkpoints(), "artifacts"));
+  return names.ok() &&
+         std::any_of(names->begin(), names->end(), [](const std::string& name) {
+           return absl::StartsWith(name, "state-");
+         });
+}
+
 absl::Status RunFolder::CheckSameRecipe(const v1::Recipe& recipe) const {
   if (!FileExists(config())) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config()));
-  SINEW_ASSIGN_OR_RETURN(const v1::Recipe before, ParseRecipe(text, config()));
+  SINEW_ASSIGN_OR_RETURN(v1::Recipe before, ParseRecipe(text, config()));
+  before = WithDefaults(std::move(before));
   std::string differences;
   google::protobuf::util::MessageDifferencer differencer;
   differencer.ReportDifferencesToString(&differences);

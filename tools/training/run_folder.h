@@ -42,6 +42,7 @@ class RunFolder {
  private:
   RunFolder(std::string path, std::unique_ptr<DirectoryLock> lock)
       : path_(std::move(path)), lock_(std::move(lock)) {}
+  bool HasState() const;
   absl::Status CheckSameRecipe(const v1::Recipe& recipe) const;
 
   const std::string path_;

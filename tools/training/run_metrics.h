@@ -3,6 +3,7 @@
 
 #include "common/metrics/learner_metrics.h"
 #include "learner/dispatcher/dispatcher.h"
+#include "learner/service/learner_metrics_recorder.h"
 #include "learner/trainer/trainer.h"
 #include "tools/training/metrics_log.h"
 
@@ -14,17 +15,13 @@ namespace sinew::tools {
 // Errors: none.
 class RunMetrics {
  public:
-  explicit RunMetrics(metrics::LearnerMetrics& metrics) : metrics_(metrics) {}
+  explicit RunMetrics(metrics::LearnerMetrics& metrics) : recorder_(metrics) {}
 
   void Update(const learner::IterationReport& report, const RunFigures& figures,
               const learner::Dispatcher::Statistics& actors);
 
  private:
-  void UpdateActors(const learner::Dispatcher::Statistics& actors);
-  void UpdateLearning(const learner::IterationReport& report);
-
-  metrics::LearnerMetrics& metrics_;
-  learner::Dispatcher::Statistics before_;
+  learner::LearnerMetricsRecorder recorder_;
 };
 
 }  // namespace sinew::tools

@@ -21,11 +21,11 @@ constexpr char kEvaluated[] = "evaluated.pb";
 
 absl::StatusOr<std::unique_ptr<RunStore>> RunStore::Open(
     const std::string& where, const rpc::Security& security,
-    const Clock& clock, const StopToken& stop) {
+    const Clock& clock) {
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<checkpoint::ArtifactStore> store,
       checkpoint::OpenStore(where, checkpoint::StoreAccess::kWrite, security,
-                            clock, stop));
+                            clock));
   return std::unique_ptr<RunStore>(new RunStore(std::move(store)));
 }
 

@@ -11,7 +11,6 @@
 #include "common/blobs/blob_source.h"
 #include "common/clock.h"
 #include "common/rpc/credentials.h"
-#include "common/stop.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "learner/trainer/trainer.h"
 #include "proto/sinew/v1/run.pb.h"
@@ -36,10 +35,11 @@ class RunStore {
     Blob snapshot;
   };
 
-  // `where`: as checkpoint::OpenStore.
+  // `where`: as checkpoint::OpenStore. No stop token: the last save comes after
+  // stop.
   static absl::StatusOr<std::unique_ptr<RunStore>> Open(
       const std::string& where, const rpc::Security& security,
-      const Clock& clock, const StopToken& stop);
+      const Clock& clock);
 
   checkpoint::ArtifactStore& artifacts() { return *store_; }
 

@@ -11,6 +11,7 @@
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "sim/world/mirror.h"
 
 namespace sinew::tools {
 namespace {
@@ -63,6 +64,9 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   setup.action_width = rollout->task().action_width();
   setup.layout = rollout->layout();
   setup.layout_sha256 = rollout->layout_sha256();
+  if (recipe.ppo().mirror()) {
+    SINEW_ASSIGN_OR_RETURN(setup.mirror, world::MakeMirror(rollout->task()));
+  }
   for (auto& [role, bytes] : assets) {
     setup.assets[role] = std::make_shared<const std::string>(std::move(bytes));
   }

@@ -3,10 +3,12 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
+#include "common/segment/mirror.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/motion/library.h"
@@ -21,6 +23,8 @@ struct TaskSetup {
   int action_width = 0;
   v1::SegmentLayout layout;
   std::string layout_sha256;
+  // Of the task, if the recipe learns from mirror images.
+  std::optional<SegmentMirror> mirror;
   // The serialised TaskAssets, its SHA-256, and the assets that it names by
   // role.
   Blob list;

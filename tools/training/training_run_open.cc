@@ -53,7 +53,7 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                                 ? folder_->checkpoints()
                                 : options_.checkpoint_address;
   SINEW_ASSIGN_OR_RETURN(
-      store_, RunStore::Open(where, options_.security, clock_, stop_));
+      store_, RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_);
   return best_->Load();
@@ -114,7 +114,8 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
       learner::PpoLearner::Create(options_.recipe,
                                   {.observation_width = setup.observation_width,
                                    .action_width = setup.action_width,
-                                   .ranks = options_.ranks}));
+                                   .ranks = options_.ranks,
+                                   .mirror = setup.mirror}));
   SINEW_ASSIGN_OR_RETURN(const bool has_state, store_->HasState());
   if (!options_.init.empty() && !has_state) {
     SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
@@ -159,8 +160,8 @@ absl::Status TrainingRun::Resume() {
   }
   first_samples_ = trainer_->samples();
   first_train_seconds_ = figures_.seconds.train;
-  SINEW_ASSIGN_OR_RETURN(
-      metrics_log_, MetricsLog::Open(folder_->metrics(), trainer_->iteration()));
+  SINEW_ASSIGN_OR_RETURN(metrics_log_, MetricsLog::Open(folder_->metrics(),
+                                                        trainer_->iteration()));
   return absl::OkStatus();
 }
 

@@ -34,6 +34,12 @@ void FakeDispatcher::WaitUntil(const std::function<bool()>& condition) {
   while (!condition()) changed_.Wait(mu_, std::stop_token());
 }
 
+void FakeDispatcher::WaitForRegistered(size_t count) {
+  WaitUntil([&]() SINEW_NO_THREAD_SAFETY_ANALYSIS {
+    return registered_.size() >= count;
+  });
+}
+
 void FakeDispatcher::WaitForGiven(int count) {
   WaitUntil([&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return given_ >= count; });
 }
@@ -59,11 +65,6 @@ void FakeDispatcher::WaitForHeartbeats(int count) {
 void FakeDispatcher::WaitForWanted(int count) {
   WaitUntil(
       [&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return wanted_ == count; });
-}
-
-void FakeDispatcher::WaitForStreams(int count) {
-  WaitUntil(
-      [&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return streams_ == count; });
 }
 
 std::set<int64_t> FakeDispatcher::done() const {
@@ -161,10 +162,9 @@ grpc::Status FakeDispatcher::Work(grpc::ServerContext* /*context*/,
   Actor actor;
   {
     MutexLock lock(mu_);
-    if (!refusal_.ok()) return rpc::ToGrpc(refusal_);
     registered_.push_back(message.register_());
-    ++streams_;
     changed_.NotifyAll();
+    if (!refusal_.ok()) return rpc::ToGrpc(refusal_);
   }
   v1::DispatcherMessage welcome;
   *welcome.mutable_welcome() = welcome_;
@@ -174,7 +174,6 @@ grpc::Status FakeDispatcher::Work(grpc::ServerContext* /*context*/,
     while (stream->Read(&message)) Hear(actor, message);
     MutexLock lock(mu_);
     actor.gone = true;
-    --streams_;
     wanted_ -= actor.wanted;
     for (v1::Order& order : actor.held) orders_.push_front(std::move(order));
     changed_.NotifyAll();

@@ -30,6 +30,8 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
   // Actors are refused from now on.
   void Refuse(absl::Status status) SINEW_EXCLUDES(mu_);
 
+  // Until so many actors have registered, refused ones included.
+  void WaitForRegistered(size_t count) SINEW_EXCLUDES(mu_);
   // Until so many orders have been given out, repeats included.
   void WaitForGiven(int count) SINEW_EXCLUDES(mu_);
   void WaitForDone(size_t count) SINEW_EXCLUDES(mu_);
@@ -37,7 +39,6 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
   void WaitForHeartbeats(int count) SINEW_EXCLUDES(mu_);
   // Until actors have asked for this many orders more than they got.
   void WaitForWanted(int count) SINEW_EXCLUDES(mu_);
-  void WaitForStreams(int count) SINEW_EXCLUDES(mu_);
 
   std::set<int64_t> done() const SINEW_EXCLUDES(mu_);
   std::vector<v1::ActorMessage::Done> done_messages() const
@@ -80,7 +81,6 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
   int wanted_ SINEW_GUARDED_BY(mu_) = 0;
   int given_ SINEW_GUARDED_BY(mu_) = 0;
   int heartbeats_ SINEW_GUARDED_BY(mu_) = 0;
-  int streams_ SINEW_GUARDED_BY(mu_) = 0;
   std::vector<v1::ActorMessage::Done> done_ SINEW_GUARDED_BY(mu_);
   std::set<int64_t> returned_ SINEW_GUARDED_BY(mu_);
   std::vector<std::string> reasons_ SINEW_GUARDED_BY(mu_);

@@ -100,9 +100,10 @@ TEST(ArtifactIndex, SaysWhatAnAliasOfNothingNames) {
   ArtifactIndex index;
   index.InsertAlias("latest", "gone");
 
-  EXPECT_THAT(index.Get("latest"),
-              StatusIs(absl::StatusCode::kNotFound,
-                       HasSubstr("no artifact gone, which alias latest names")));
+  EXPECT_THAT(
+      index.Get("latest"),
+      StatusIs(absl::StatusCode::kNotFound,
+               HasSubstr("no artifact gone, which alias latest names")));
 }
 
 }  // namespace

@@ -20,9 +20,9 @@ namespace sinew::checkpoint {
 
 // The checkpoint role: a folder's store, served over gRPC, with metrics.
 //
-// Thread-safety: any thread. Ownership: owns store, sockets and threads; borrows
-// the clock. Blocking: Shutdown and the destructor, as rpc::Server. Errors:
-// Start.
+// Thread-safety: any thread. Ownership: owns store, sockets and threads;
+// borrows the clock. Blocking: Shutdown and the destructor, as rpc::Server.
+// Errors: Start.
 class CheckpointServer {
  public:
   struct Options {

@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   }
   const absl::Status status =
       Walk(argv[1], argv[2], argc > 3 ? std::atof(argv[3]) : 10);
-  if (!status.ok()) std::fprintf(stderr, "walk: %s\n", status.ToString().c_str());
+  if (!status.ok())
+    std::fprintf(stderr, "walk: %s\n", status.ToString().c_str());
   return status.ok() ? 0 : 1;
 }

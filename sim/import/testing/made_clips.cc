@@ -108,7 +108,7 @@ std::vector<std::string> RecordedClips() {
   const char* data = std::getenv("SINEW_DATA");
   std::vector<std::string> clips;
   if (data == nullptr) return clips;
-  for (const char* name : {"walk", "run", "jump", "getup_faceup"}) {
+  for (const char* name : {"walk", "run", "jump"}) {
     const std::string path = JoinPath(
         data, absl::StrCat("motions/deepmimic/humanoid3d_", name, ".txt"));
     if (FileSize(path).ok()) clips.push_back(path);

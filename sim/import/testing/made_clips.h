@@ -16,7 +16,7 @@ std::string MarchJson(double floating = 0);
 // Lies on its back for 1 s, half a metre above the floor.
 std::string LyingJson();
 
-// A few recorded DeepMimic clips (walk, run, jump, get-up) below the folder that
+// A few recorded DeepMimic clips (walk, run, jump) below the folder that
 // the environment variable SINEW_DATA names; empty if it is unset.
 std::vector<std::string> RecordedClips();
 

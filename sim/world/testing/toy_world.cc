@@ -1,7 +1,5 @@
 #include "sim/world/testing/toy_world.h"
 
-#include <stdlib.h>
-
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,7 +7,7 @@
 #include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
-#include "common/policy/safetensors.h"
+#include "sim/world/testing/library_maker.h"
 
 namespace sinew::world::testing {
 namespace {
@@ -152,113 +150,24 @@ void SetPose(const Motion& motion, const character::Character& character,
   mj_forward(character.model(), data);
 }
 
-// Collects rows of all frame tensors.
-class FrameTensors {
- public:
-  void Add(const std::string& name, const mjtNum* values, int count) {
-    for (int i = 0; i < count; ++i) {
-      values_[name].push_back(static_cast<float>(values[i]));
-    }
-  }
-  TensorMap Map(int64_t rows, int bodies) const {
-    TensorMap map;
-    for (const auto& [name, values] : values_) {
-      const auto width = static_cast<int64_t>(values.size()) / rows;
-      std::vector<int64_t> shape = {rows, width};
-      if (name.substr(0, 5) == "body_") shape = {rows, bodies, width / bodies};
-      map[name] = HostTensor::Float32(shape, values);
-    }
-    return map;
-  }
-
- private:
-  std::map<std::string, std::vector<float>> values_;
-};
-
-void AddFrame(const character::Character& character, const mjData* data,
-              bool contact, FrameTensors& out) {
-  const mjModel* model = character.model();
-  double angular[3];
-  mju_rotVecQuat(angular, data->qvel + 3, data->qpos + 3);
-  out.Add("root_position", data->qpos, 3);
-  out.Add("root_rotation", data->qpos + 3, 4);
-  out.Add("root_linear_velocity", data->qvel, 3);
-  out.Add("root_angular_velocity", angular, 3);
-  const double label = contact ? 1 : 0;
-  for (const auto& joint : character.joints()) {
-    const double torque = 10 * data->qpos[joint.qpos_address];
-    out.Add("joint_position", data->qpos + joint.qpos_address, 1);
-    out.Add("joint_velocity", data->qvel + joint.dof_address, 1);
-    out.Add("feedforward_torque", &torque, 1);
-  }
-  for (size_t f = 0; f < character.foot_bodies().size(); ++f) {
-    out.Add("contact", &label, 1);
-  }
-  for (int body = 1; body < model->nbody; ++body) {
-    double velocity[6];  // rotational, then linear
-    mj_objectVelocity(model, data, mjOBJ_XBODY, body, velocity, 0);
-    out.Add("body_position", data->xpos + 3 * body, 3);
-    out.Add("body_rotation", data->xquat + 4 * body, 4);
-    out.Add("body_angular_velocity", velocity, 3);
-    out.Add("body_linear_velocity", velocity + 3, 3);
-  }
-}
-
-void FillNames(const character::Character& character,
-               v1::MotionLibrary& manifest) {
-  const mjModel* model = character.model();
-  manifest.set_character(character.name());
-  manifest.set_character_sha256(character.digest());
-  manifest.set_frames_per_second(kRate);
-  for (const auto& joint : character.joints()) {
-    manifest.add_joints(joint.name);
-  }
-  for (int body = 1; body < model->nbody; ++body) {
-    manifest.add_bodies(mj_id2name(model, mjOBJ_BODY, body));
-  }
-  for (int body : character.foot_bodies()) {
-    manifest.add_feet(mj_id2name(model, mjOBJ_BODY, body));
-  }
-}
-
-void AddClip(const Motion& motion, v1::MotionLibrary& manifest) {
-  v1::ClipInfo* clip = manifest.add_clips();
-  clip->set_name(motion.name);
-  clip->set_first_frame(manifest.num_frames());
-  clip->set_num_frames(motion.frames);
-  clip->set_loops(motion.loops);
-  clip->set_cycle_x(motion.cycle_x);
-  clip->set_cycle_y(motion.cycle_y);
-  clip->set_cycle_yaw(motion.cycle_yaw);
-  clip->set_provenance("made for tests");
-  clip->set_licence("Apache-2.0");
-  manifest.set_num_frames(manifest.num_frames() + motion.frames);
-}
-
-void SaveLibrary(const character::Character& character,
-                 const std::string& folder) {
-  v1::MotionLibrary manifest;
-  FillNames(character, manifest);
-  FrameTensors frames;
+std::unique_ptr<const motion::Library> MakeLibrary(
+    const character::Character& character, const std::string& folder) {
+  LibraryMaker maker(character);
   const character::DataPtr data(mj_makeData(character.model()));
   for (const Motion& motion : Motions()) {
-    AddClip(motion, manifest);
+    v1::ClipInfo clip;
+    clip.set_name(motion.name);
+    clip.set_loops(motion.loops);
+    clip.set_cycle_x(motion.cycle_x);
+    clip.set_cycle_y(motion.cycle_y);
+    clip.set_cycle_yaw(motion.cycle_yaw);
+    maker.BeginClip(clip);
     for (int i = 0; i < motion.frames; ++i) {
       SetPose(motion, character, i / kRate, data.get());
-      AddFrame(character, data.get(), motion.height.offset < 1, frames);
+      maker.AddFrame(data.get(), motion.height.offset < 1);
     }
   }
-  const absl::Status saved = motion::Library::Save(
-      manifest, frames.Map(manifest.num_frames(), character.model()->nbody - 1),
-      folder);
-  SINEW_CHECK(saved.ok()) << saved.ToString();
-}
-
-std::string NewFolder() {
-  const char* base = getenv("TEST_TMPDIR");
-  std::string path = JoinPath(base == nullptr ? "/tmp" : base, "toy.XXXXXX");
-  SINEW_CHECK(mkdtemp(path.data()) != nullptr) << path;
-  return path;
+  return maker.Make(folder);
 }
 
 }  // namespace
@@ -277,10 +186,7 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   SINEW_CHECK(character.ok()) << character.status().ToString();
   world.character = *std::move(character);
   world.library_folder = JoinPath(folder, "library");
-  SaveLibrary(*world.character, world.library_folder);
-  auto library = motion::Library::Load(world.library_folder);
-  SINEW_CHECK(library.ok()) << library.status().ToString();
-  world.library = *std::move(library);
+  world.library = MakeLibrary(*world.character, world.library_folder);
   return world;
 }
 

@@ -1,0 +1,94 @@
+// Counts what a tick takes from the heap: a program of its own, since it
+// replaces operator new.
+#include <atomic>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/runtime/pose.h"
+#include "deploy/runtime/runtime.h"
+#include "deploy/runtime/simulation.h"
+#include "gtest/gtest.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace {
+
+std::atomic<int64_t> allocations = 0;
+
+void* Allocate(std::size_t size) {
+  ++allocations;
+  void* memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) std::abort();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return Allocate(size); }
+void* operator new[](std::size_t size) { return Allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace sinew::runtime {
+namespace {
+
+using ::sinew::testing::IsOk;
+
+TEST(RuntimeAllocation, CountsAllocations) {
+  const int64_t before = allocations;
+
+  auto memory = std::make_unique<std::string>(100, 'x');
+
+  EXPECT_GE(allocations - before, 2);
+}
+
+TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+  observation.clear_blocks();
+  for (int block = 1; block <= 5; ++block) {
+    observation.add_blocks(static_cast<v1::Observation::Block>(block));
+  }
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  const std::string directory = JoinPath(toy.folder, "bundle");
+  ASSERT_THAT(
+      bundle::WriteBundle(bundle::testing::ToyContent(toy), directory), IsOk());
+  auto policy = *Runtime::Open(directory);
+  ASSERT_THAT(policy->LoadLibrary(JoinPath(toy.folder, "library")), IsOk());
+  ASSERT_THAT(policy->Play("turn", 0, Runtime::Align::kToBody), IsOk());
+  Simulation body(*policy);
+  ASSERT_THAT(body.Start(*policy), IsOk());
+  Pose imu = body.pose();
+  imu.root_position = nullptr;
+  imu.root_linear_velocity = nullptr;
+  PoseBuffer frame(4);
+  const double contact[2] = {1, 0};
+  const int64_t before = allocations;
+
+  bool ok = policy->Reset(body.pose(), nullptr).ok();
+  for (int step = 0; step < 60; ++step) {
+    ok = ok && policy->Step(body.pose(), body.target()).ok();
+    ok = ok && body.Step().ok();
+    ok = ok && policy->Step(imu, body.target()).ok();
+    ok = ok && policy->ReadReference(1, &frame).ok();
+    Pose given = frame.pose();
+    given.contact = contact;
+    ok = ok && policy->StepTo(body.pose(), {&given, 1}, body.target()).ok();
+  }
+  const int64_t after = allocations;
+
+  EXPECT_TRUE(ok);
+  EXPECT_EQ(after - before, 0);
+}
+
+}  // namespace
+}  // namespace sinew::runtime

@@ -1,0 +1,346 @@
+#include "learner/experience/service_experience.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "common/digest.h"
+#include "common/logging.h"
+#include "common/mutex.h"
+#include "common/testing/matchers.h"
+#include "common/testing/simulated_clock.h"
+#include "learner/dispatcher/testing/dispatcher_rig.h"
+
+namespace sinew::learner {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::SimulatedClock;
+using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A replay that keeps what it is told, may be away and may lose all.
+class FakeReplay final : public replay::Replay {
+ public:
+  absl::Status Open(const v1::OpenRequest& request) override {
+    MutexLock lock(mu_);
+    if (away_) return absl::UnavailableError("replay: nobody is there");
+    if (request.reset()) segments_.clear(), expected_.clear();
+    for (const auto& expected : request.expected()) {
+      expected_[expected.order_id()] = expected;
+    }
+    requests_.push_back(request);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<v1::PutSegmentResponse> Put(const std::string&,
+                                             int64_t order_id,
+                                             absl::string_view bytes,
+                                             absl::Duration) override {
+    auto segment = std::make_shared<v1::Segment>();
+    EXPECT_TRUE(segment->ParseFromString(std::string(bytes)));
+    MutexLock lock(mu_);
+    v1::PutSegmentResponse response;
+    response.set_order_id(order_id);
+    response.set_verdict(v1::PutSegmentResponse::VERDICT_UNEXPECTED);
+    if (away_ || !expected_.contains(order_id)) return response;
+    segments_[order_id] = std::move(segment);
+    ++accepted_;
+    changed_.NotifyAll();
+    response.set_verdict(v1::PutSegmentResponse::VERDICT_ACCEPTED);
+    return response;
+  }
+
+  absl::StatusOr<std::vector<replay::SegmentPtr>> Take(
+      const std::string&, absl::Span<const int64_t> order_ids,
+      absl::Duration timeout, const std::stop_token& stop) override {
+    const auto deadline =
+        std::chrono::steady_clock::now() + absl::ToChronoNanoseconds(timeout);
+    MutexLock lock(mu_);
+    const std::set<int64_t> ids(order_ids.begin(), order_ids.end());
+    std::vector<replay::SegmentPtr> result;
+    for (int64_t id : ids) {
+      while (!segments_.contains(id)) {
+        if (away_) return absl::UnavailableError("replay: nobody is there");
+        if (!expected_.contains(id)) {
+          return absl::NotFoundError(absl::StrCat("order ", id));
+        }
+        if (!changed_.WaitUntil(mu_, deadline, stop)) {
+          return absl::DeadlineExceededError(absl::StrCat("order ", id));
+        }
+      }
+      result.push_back(segments_[id]);
+    }
+    return result;
+  }
+
+  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() override {
+    MutexLock lock(mu_);
+    v1::GetReplayStatusResponse status;
+    status.set_accepted(accepted_);
+    return status;
+  }
+
+  void SetAway(bool away) {
+    MutexLock lock(mu_);
+    away_ = away;
+    changed_.NotifyAll();
+  }
+  // As after a restart.
+  void Forget() {
+    MutexLock lock(mu_);
+    segments_.clear();
+    expected_.clear();
+    changed_.NotifyAll();
+  }
+  std::vector<v1::OpenRequest> requests() {
+    MutexLock lock(mu_);
+    return requests_;
+  }
+
+ private:
+  Mutex mu_;
+  CondVar changed_;
+  bool away_ SINEW_GUARDED_BY(mu_) = false;
+  int64_t accepted_ SINEW_GUARDED_BY(mu_) = 0;
+  std::map<int64_t, v1::OpenRequest::Expected> expected_ SINEW_GUARDED_BY(mu_);
+  std::map<int64_t, replay::SegmentPtr> segments_ SINEW_GUARDED_BY(mu_);
+  std::vector<v1::OpenRequest> requests_ SINEW_GUARDED_BY(mu_);
+};
+
+v1::Order MakeOrder(int64_t id) {
+  v1::Order order;
+  order.set_run_id("run");
+  order.set_order_id(id);
+  order.set_kind(v1::Order::KIND_TRAIN);
+  order.set_iteration(4);
+  order.set_snapshot_version(3);
+  order.set_snapshot_sha256("abc");
+  order.set_layout_sha256("def");
+  order.set_horizon(16);
+  order.add_states();
+  order.add_states();
+  return order;
+}
+
+std::vector<int64_t> Ids(const std::vector<v1::Segment>& segments) {
+  std::vector<int64_t> ids;
+  for (const v1::Segment& segment : segments) ids.push_back(segment.order_id());
+  return ids;
+}
+
+class ServiceExperienceTest : public ::testing::Test {
+ protected:
+  ServiceExperienceTest() {
+    options_.run_id = "run";
+    options_.layout.add_columns()->set_name("reward");
+    options_.address = "host:7000";
+    options_.step = absl::Milliseconds(2);
+    options_.stop = stop_.get_token();
+    Logger::Options log;
+    auto logger = Logger::Create(log, clock_);
+    EXPECT_THAT(logger, IsOk());
+    (*logger)->SetConsole(
+        [this](absl::string_view line) { absl::StrAppend(&log_, line, "\n"); });
+    SetProgramLogger(*std::move(logger));
+  }
+  ~ServiceExperienceTest() override {
+    rig_.dispatcher().Shutdown(absl::Now());
+    if (actor_.joinable()) actor_.join();
+    SetProgramLogger(nullptr);
+  }
+
+  ServiceExperience& experience() {
+    if (experience_ == nullptr) {
+      experience_ = std::make_unique<ServiceExperience>(
+          options_, rig_.dispatcher(), replay_, ring_, clock_);
+    }
+    return *experience_;
+  }
+
+  // An actor that answers every order with a segment of that id.
+  void StartActor() {
+    actor_ = std::thread([this] {
+      TestActor actor(rig_, "fake");
+      actor.Join();
+      actor.Want(100);
+      for (auto id = actor.ReadOrder(); id; id = actor.ReadOrder()) {
+        v1::Segment segment;
+        segment.set_order_id(*id);
+        EXPECT_THAT(replay_.Put("run", *id, segment.SerializeAsString(),
+                                absl::Seconds(10)),
+                    IsOk());
+        actor.Done(*id);
+      }
+    });
+  }
+
+  SimulatedClock clock_;
+  StopSource stop_;
+  ServiceExperience::Options options_;
+  DispatcherRig rig_{clock_};
+  FakeReplay replay_;
+  BlobRing ring_{1 << 20};
+  std::string log_;
+  std::unique_ptr<ServiceExperience> experience_;
+  std::thread actor_;
+};
+
+TEST_F(ServiceExperienceTest, GivesSegmentsInTheOrderOfTheAsking) {
+  StartActor();
+  ASSERT_THAT(experience().Begin({MakeOrder(1), MakeOrder(2), MakeOrder(3)}),
+              IsOk());
+
+  const auto segments = experience().Take({3, 1, 2});
+
+  ASSERT_THAT(segments, IsOk());
+  EXPECT_THAT(Ids(*segments), ElementsAre(3, 1, 2));
+}
+
+TEST_F(ServiceExperienceTest, TellsReplayWhatAnOrderMustBring) {
+  ASSERT_THAT(experience().Begin({MakeOrder(7)}), IsOk());
+
+  const v1::OpenRequest request = replay_.requests().at(0);
+  EXPECT_TRUE(request.reset());
+  EXPECT_EQ(request.run_id(), "run");
+  EXPECT_EQ(request.layout().columns(0).name(), "reward");
+  ASSERT_EQ(request.expected_size(), 1);
+  const auto& expected = request.expected(0);
+  EXPECT_EQ(expected.order_id(), 7);
+  EXPECT_EQ(expected.iteration(), 4);
+  EXPECT_EQ(expected.snapshot_version(), 3);
+  EXPECT_EQ(expected.snapshot_sha256(), "abc");
+  EXPECT_EQ(expected.layout_sha256(), "def");
+  EXPECT_EQ(expected.environments(), 2);
+  EXPECT_EQ(expected.steps(), 16);
+}
+
+TEST_F(ServiceExperienceTest, ResetsReplayOnlyAtTheStart) {
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+  ASSERT_THAT(experience().Begin({MakeOrder(2)}), IsOk());
+
+  EXPECT_FALSE(replay_.requests().at(1).reset());
+}
+
+TEST_F(ServiceExperienceTest, ForgetsOrdersThatWereTaken) {
+  StartActor();
+  ASSERT_THAT(experience().Begin({MakeOrder(1), MakeOrder(2)}), IsOk());
+
+  ASSERT_THAT(experience().Take({1, 2}), IsOk());
+
+  EXPECT_EQ(rig_.dispatcher().statistics().orders_waiting, 0);
+  EXPECT_EQ(rig_.dispatcher().statistics().orders_leased, 0);
+}
+
+TEST_F(ServiceExperienceTest, SaysWhereActorsAreExpectedWhileThereAreNone) {
+  options_.check = [this, steps = 0]() mutable {
+    clock_.Advance(absl::Seconds(60));
+    if (++steps == 3) stop_.request_stop();
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}), StatusIs(absl::StatusCode::kCancelled));
+
+  EXPECT_THAT(log_, HasSubstr("no actors"));
+  EXPECT_THAT(log_, HasSubstr("address=host:7000"));
+}
+
+TEST_F(ServiceExperienceTest, CanBeAskedAgainAfterItWasStopped) {
+  StopSource stop;
+  options_.stop = stop.get_token();
+  options_.check = [&stop] {
+    stop.request_stop();
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+  ASSERT_THAT(experience().Take({1}), StatusIs(absl::StatusCode::kCancelled));
+
+  StartActor();
+  // The segment comes although nobody waits.
+  while (true) {
+    const auto status = replay_.GetStatus();
+    ASSERT_THAT(status, IsOk());
+    if (status->accepted() == 1) break;
+    std::this_thread::yield();
+  }
+
+  EXPECT_THAT(experience().Take({1}), IsOk());
+}
+
+TEST_F(ServiceExperienceTest, EndsWithWhatTheCheckFailsWith) {
+  options_.check = [] { return absl::UnavailableError("actor 0 is broken"); };
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}),
+              StatusIs(absl::StatusCode::kUnavailable, "actor 0 is broken"));
+}
+
+TEST_F(ServiceExperienceTest, GivesUpOnActorsThatSendNothing) {
+  TestActor idle(rig_, "idle");
+  idle.Join();
+  options_.patience = absl::Minutes(5);
+  options_.check = [&] {
+    idle.Heartbeat();
+    idle.Sync();
+    clock_.Advance(absl::Seconds(9));
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       HasSubstr("no segment in 5m from 1 actors: order 1")));
+}
+
+TEST_F(ServiceExperienceTest, HandsOrdersOutAgainIfReplayHasForgottenThem) {
+  ASSERT_THAT(experience().Begin({MakeOrder(1), MakeOrder(2)}), IsOk());
+  replay_.Forget();
+  StartActor();
+
+  const auto segments = experience().Take({1, 2});
+
+  ASSERT_THAT(segments, IsOk());
+  EXPECT_THAT(Ids(*segments), ElementsAre(1, 2));
+  EXPECT_TRUE(replay_.requests().back().reset());
+}
+
+TEST_F(ServiceExperienceTest, WaitsForAReplayThatIsAway) {
+  replay_.SetAway(true);
+  options_.check = [this, steps = 0]() mutable {
+    if (++steps == 3) replay_.SetAway(false);
+    return absl::OkStatus();
+  };
+  StartActor();
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}), IsOk());
+}
+
+TEST_F(ServiceExperienceTest, PublishesBytesUnderTheirDigest) {
+  PublishedSnapshot snapshot;
+  snapshot.bytes = "weights";
+  snapshot.sha256 = Sha256Hex(snapshot.bytes);
+  ASSERT_THAT(experience().Publish(snapshot), IsOk());
+  const auto blob = ring_.GetBlob(snapshot.sha256);
+  ASSERT_THAT(blob, IsOk());
+  EXPECT_EQ(**blob, "weights");
+
+  snapshot.sha256 = Sha256Hex("other");
+  EXPECT_THAT(experience().Publish(snapshot),
+              StatusIs(absl::StatusCode::kInternal));
+}
+
+}  // namespace
+}  // namespace sinew::learner

@@ -1,0 +1,140 @@
+#include "sim/world/mirror.h"
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+#include "common/check.h"
+#include "common/status_macros.h"
+
+namespace sinew::world {
+namespace {
+
+using character::JointInfo;
+
+// A name's mirror image and the sign of the mirrored coordinate.
+struct Partner {
+  std::string name;
+  float sign = 1;
+};
+using Partners = std::map<std::string, Partner, std::less<>>;
+
+Partners MakePartners(
+    const google::protobuf::RepeatedPtrField<v1::MirrorPair>& pairs) {
+  Partners partners;
+  for (const v1::MirrorPair& pair : pairs) {
+    const float sign = pair.sign() < 0 ? -1 : 1;
+    partners[pair.left()] = {pair.right(), sign};
+    partners[pair.right()] = {pair.left(), sign};
+  }
+  return partners;
+}
+
+bool SameDrive(const JointInfo& a, const JointInfo& b, float sign) {
+  return a.stiffness == b.stiffness && a.damping == b.damping &&
+         a.torque_limit == b.torque_limit &&
+         a.action_scale == b.action_scale &&
+         a.default_position == sign * b.default_position;
+}
+
+absl::StatusOr<RowMirror> MirrorJoints(const character::Character& character,
+                                       const Partners& partners) {
+  std::map<std::string, int> index;
+  for (const JointInfo& joint : character.joints()) {
+    index.emplace(joint.name, static_cast<int>(index.size()));
+  }
+  RowMirror mirror;
+  for (const JointInfo& joint : character.joints()) {
+    const auto partner = partners.find(joint.name);
+    if (partner == partners.end()) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "character ", character.name(), ": mirror_joints: expected a pair ",
+          "with joint ", joint.name, ", found none"));
+    }
+    const int source = index.at(partner->second.name);
+    if (!SameDrive(joint, character.joints()[source], partner->second.sign)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "character ", character.name(), ": mirror_joints: expected ",
+          joint.name, " and ", partner->second.name, " to have equal gains, ",
+          "limits, default positions and action scales, found others"));
+    }
+    mirror.source.push_back(source);
+    mirror.sign.push_back(partner->second.sign);
+  }
+  return mirror;
+}
+
+// Sign of one of x, y, z under the mirror.
+float AxisSign(absl::string_view axis) { return axis == "y" ? -1 : 1; }
+
+// The name and sign that an observation's column takes its number from.
+Partner MirrorColumn(const std::string& name, const Partners& joints,
+                     const Partners& bodies) {
+  // E.g. "self/joint_position/left_knee", "reference+1/root_position/x".
+  std::vector<std::string> parts = absl::StrSplit(name, '/');
+  const std::string last = parts.back();
+  const std::string& quantity =
+      parts.size() > 1 && parts[0] != "previous_target" ? parts[1] : parts[0];
+  const auto swap = [&](std::string& part, const Partners& partners) {
+    const auto partner = partners.find(part);
+    if (partner == partners.end()) return 1.0F;
+    part = partner->second.name;
+    return partner->second.sign;
+  };
+  float sign = 1;
+  if (quantity == "root_angular_velocity") {
+    sign = -AxisSign(last);
+  } else if (quantity == "root_rotation") {
+    // Entry "RC" of a matrix: row and column each turn with their axis.
+    sign = (last[0] == '1' ? -1.F : 1.F) * (last[1] == '1' ? -1.F : 1.F);
+  } else if (quantity == "joint_position" || quantity == "joint_velocity" ||
+             quantity == "previous_target") {
+    sign = swap(parts.back(), joints);
+  } else if (quantity == "body_position") {
+    swap(parts[2], bodies);
+    sign = AxisSign(last);
+  } else if (quantity == "contact") {
+    swap(parts.back(), bodies);
+  } else if (quantity == "root_position" ||
+             quantity == "root_linear_velocity") {
+    sign = AxisSign(last);
+  } else {
+    SINEW_CHECK(quantity == "root_height") << "unknown column " << name;
+  }
+  std::string source = parts[0];
+  for (size_t i = 1; i < parts.size(); ++i) {
+    absl::StrAppend(&source, "/", parts[i]);
+  }
+  return {source, sign};
+}
+
+}  // namespace
+
+absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
+  const v1::Character& proto = task.character().proto();
+  const Partners joints = MakePartners(proto.mirror_joints());
+  const Partners bodies = MakePartners(proto.mirror_bodies());
+  SegmentMirror mirror;
+  SINEW_ASSIGN_OR_RETURN(mirror.action,
+                         MirrorJoints(task.character(), joints));
+  const std::vector<std::string> names = task.ObservationNames();
+  std::map<std::string, int> index;
+  for (size_t i = 0; i < names.size(); ++i) {
+    index.emplace(names[i], static_cast<int>(i));
+  }
+  for (const std::string& name : names) {
+    const Partner partner = MirrorColumn(name, joints, bodies);
+    mirror.observation.source.push_back(index.at(partner.name));
+    mirror.observation.sign.push_back(partner.sign);
+  }
+  SINEW_RETURN_IF_ERROR(CheckRowMirror(mirror.observation));
+  SINEW_RETURN_IF_ERROR(CheckRowMirror(mirror.action));
+  return mirror;
+}
+
+}  // namespace sinew::world

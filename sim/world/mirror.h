@@ -1,0 +1,27 @@
+#ifndef SINEW_SIM_WORLD_MIRROR_H_
+#define SINEW_SIM_WORLD_MIRROR_H_
+
+#include "absl/status/statusor.h"
+#include "common/segment/mirror.h"
+#include "sim/world/tracking_task.h"
+
+namespace sinew::world {
+
+// How a task's observation and action look to a body whose left and right have
+// changed places: the world is mirrored in the vertical plane through the
+// root's heading (y -> -y in the heading frame), joints and bodies change
+// places by the character's mirror pairs. With S = diag(1, -1, 1):
+//   vectors (positions, linear velocities)   S v
+//   angular velocities                       -S w
+//   rotations                                S R S
+//   joints                                   sign * partner
+// Bodies that the character names no partner for are their own.
+//
+// FAILED_PRECONDITION: a joint without partner (it may be its own), or one that
+// differs from it in gains, torque limit, default position or action scale, so
+// that the mirrored body would be another one; the message names it.
+absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task);
+
+}  // namespace sinew::world
+
+#endif  // SINEW_SIM_WORLD_MIRROR_H_

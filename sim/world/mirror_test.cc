@@ -1,0 +1,157 @@
+#include "sim/world/mirror.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/config/recipe.h"
+#include "common/random/philox.h"
+#include "common/testing/matchers.h"
+#include "sim/world/testing/library_maker.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::world {
+namespace {
+
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+
+v1::Recipe AllBlocks() {
+  v1::Recipe recipe;
+  auto* observation = recipe.mutable_task()->mutable_observation();
+  for (const auto block :
+       {v1::Observation::BLOCK_SELF_JOINT_SPACE,
+        v1::Observation::BLOCK_REFERENCE_DIFFERENCE,
+        v1::Observation::BLOCK_PREVIOUS_TARGET,
+        v1::Observation::BLOCK_REFERENCE_CONTACT,
+        v1::Observation::BLOCK_SELF_CONTACT}) {
+    observation->add_blocks(block);
+  }
+  observation->add_frames_ahead(1);
+  observation->add_frames_ahead(2);
+  return WithDefaults(recipe);
+}
+
+// A humanoid with two clips: poses drawn at random, and their mirror images.
+class HumanoidMirrorTest : public ::testing::Test {
+ protected:
+  HumanoidMirrorTest() {
+    const v1::Recipe recipe = AllBlocks();
+    auto loaded = character::Character::Load("humanoid", recipe.physics());
+    EXPECT_TRUE(loaded.ok()) << loaded.status();
+    character_ = *std::move(loaded);
+    data_.reset(mj_makeData(character_->model()));
+    testing::LibraryMaker maker(*character_);
+    for (const bool mirrored : {false, true}) {
+      v1::ClipInfo clip;
+      clip.set_name(mirrored ? "mirrored" : "drawn");
+      maker.BeginClip(clip);
+      for (uint64_t frame = 0; frame < 4; ++frame) {
+        SetPose(frame, mirrored);
+        maker.AddFrame(data_.get(), /*contact=*/frame % 2 == 0);
+      }
+    }
+    library_ = maker.Make(testing::NewFolder());
+    auto task = TrackingTask::Create(recipe, *character_, *library_);
+    EXPECT_TRUE(task.ok()) << task.status();
+    task_ = *std::move(task);
+  }
+
+  // A random state, the same for equal `seed`; or its image under y -> -y.
+  void SetPose(uint64_t seed, bool mirrored) {
+    const int joints = static_cast<int>(character_->joints().size());
+    std::vector<float> noise(13 + 2 * joints);
+    FillNormal({.seed = seed}, absl::MakeSpan(noise));
+    const float side = mirrored ? -1 : 1;
+    double* q = data_->qpos;
+    double* v = data_->qvel;
+    const double place[3] = {noise[0], side * noise[1], 1.2 + 0.1 * noise[2]};
+    // S R S keeps the turn about y and reverses those about x and z.
+    const double turn[4] = {1 + noise[3], side * noise[4], noise[5],
+                            side * noise[6]};
+    const double rates[6] = {noise[7],  side * noise[8],
+                             noise[9],  side * noise[10],
+                             noise[11], side * noise[12]};
+    mju_copy(q, place, 3);
+    mju_copy(q + 3, turn, 4);
+    mju_normalize4(q + 3);
+    mju_copy(v, rates, 6);
+    std::map<std::string, std::pair<double, double>> drawn;
+    for (int j = 0; j < joints; ++j) {
+      drawn[character_->joints()[j].name] = {0.3 * noise[13 + j],
+                                             noise[13 + joints + j]};
+    }
+    std::map<std::string, std::pair<std::string, double>> partner;
+    for (const v1::MirrorPair& pair : character_->proto().mirror_joints()) {
+      partner[pair.left()] = {pair.right(), pair.sign()};
+      partner[pair.right()] = {pair.left(), pair.sign()};
+    }
+    for (const character::JointInfo& joint : character_->joints()) {
+      const auto [name, sign] = mirrored ? partner.at(joint.name)
+                                         : std::pair{joint.name, 1.0};
+      q[joint.qpos_address] = sign * drawn.at(name).first;
+      v[joint.dof_address] = sign * drawn.at(name).second;
+    }
+    mj_forward(character_->model(), data_.get());
+  }
+
+  // What the policy sees in state `seed` at the start of a clip.
+  std::vector<float> Observe(int clip, uint64_t seed, bool mirrored,
+                             const std::vector<double>& previous_target) {
+    SetPose(seed, mirrored);
+    task_->Refresh(data_.get());
+    std::vector<float> observation(task_->observation_width());
+    const auto work = task_->MakeWorkspace();
+    task_->Observe(data_.get(), {.clip = clip}, previous_target,
+                   absl::MakeSpan(observation), work.get());
+    return observation;
+  }
+
+  std::unique_ptr<const character::Character> character_;
+  character::DataPtr data_;
+  std::unique_ptr<const motion::Library> library_;
+  std::unique_ptr<const TrackingTask> task_;
+};
+
+TEST_F(HumanoidMirrorTest, ObservationsOfAMirroredWorldAreMirrored) {
+  const auto mirror = MakeMirror(*task_);
+  ASSERT_TRUE(mirror.ok()) << mirror.status();
+  const int joints = mirror->action.width();
+  std::vector<double> target(joints), mirrored_target(joints);
+  for (int j = 0; j < joints; ++j) target[j] = 0.01 * j;
+  for (int j = 0; j < joints; ++j) {
+    mirrored_target[j] =
+        mirror->action.sign[j] * target[mirror->action.source[j]];
+  }
+
+  for (const uint64_t seed : {100, 101, 102}) {
+    const auto plain = Observe(/*clip=*/0, seed, /*mirrored=*/false, target);
+    const auto image =
+        Observe(/*clip=*/1, seed, /*mirrored=*/true, mirrored_target);
+
+    std::vector<float> expected(plain.size());
+    mirror->observation.Apply(plain, absl::MakeSpan(expected));
+    const std::vector<std::string> names = task_->ObservationNames();
+    for (size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(image[i], expected[i], 2e-4) << names[i];
+    }
+  }
+}
+
+TEST(Mirror, NeedsAPartnerForEveryJoint) {
+  const testing::ToyWorld toy = testing::MakeToyWorld();
+  const auto task =
+      TrackingTask::Create(toy.recipe, *toy.character, *toy.library);
+  ASSERT_TRUE(task.ok()) << task.status();
+
+  EXPECT_THAT(MakeMirror(**task).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected a pair with joint hip_fl")));
+}
+
+}  // namespace
+}  // namespace sinew::world

@@ -1,0 +1,110 @@
+// However a run is carried out, it ends with the same bits.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "common/files.h"
+#include "tests/testing/training_rig.h"
+
+namespace sinew::tests {
+namespace {
+
+constexpr int kIterations = 6;
+
+std::string Fingerprint(const TrainingRig& rig, const std::string& run) {
+  return tests::Fingerprint(
+      LatestState(JoinPath(rig.Path(run), "checkpoints")));
+}
+
+// One process and one actor, straight through.
+std::string Expected(const TrainingRig& rig) {
+  rig.MustRun("straight", rig.Train("straight", kIterations));
+  EXPECT_EQ(rig.Rows("straight"), kIterations);
+  return Fingerprint(rig, "straight");
+}
+
+TEST(EqualityTest, ARunThatStoppedAndWentOnEqualsOneThatDidNot) {
+  const TrainingRig rig;
+  const std::string expected = Expected(rig);
+
+  rig.MustRun("first", rig.Train("halves", kIterations / 2));
+  rig.MustRun("second", rig.Train("halves", kIterations));
+
+  EXPECT_EQ(Fingerprint(rig, "halves"), expected);
+  EXPECT_EQ(rig.Rows("halves"), kIterations);
+}
+
+TEST(EqualityTest, AKilledRunThatWentOnEqualsOneThatWasNotKilled) {
+  const TrainingRig rig;
+  const std::string expected = Expected(rig);
+  std::mt19937 random(7);
+
+  for (int kill = 0; kill < 2; ++kill) {
+    const auto process =
+        rig.Start(absl::StrCat("killed", kill), rig.Train("killed", 0));
+    rig.AwaitRows(*process, "killed", 1 + static_cast<int>(random() % 3));
+    // Somewhere within an iteration or a save.
+    (void)process->Wait(absl::Milliseconds(random() % 50));
+    process->Signal(SIGKILL);
+    (void)process->Wait(absl::Minutes(1));
+    if (LatestState(JoinPath(rig.Path("killed"), "checkpoints"))
+            .counters.iteration() >= kIterations) {
+      GTEST_SKIP() << "the machine was so fast that the run was past its end";
+    }
+  }
+  rig.MustRun("resumed", rig.Train("killed", kIterations));
+
+  EXPECT_EQ(Fingerprint(rig, "killed"), expected);
+  EXPECT_EQ(rig.Rows("killed"), kIterations);
+}
+
+TEST(EqualityTest, ThreeActorsEqualOne) {
+  const TrainingRig rig;
+  const std::string expected = Expected(rig);
+
+  rig.MustRun("three", rig.Train("three", kIterations,
+                                 {"--actors", "3", "--threads", "3"}));
+
+  EXPECT_EQ(Fingerprint(rig, "three"), expected);
+}
+
+TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
+  const TrainingRig rig;
+  const std::string expected = Expected(rig);
+
+  const auto replay =
+      rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
+  const auto checkpoint =
+      rig.Start("checkpoint", {"checkpoint", "serve", "--folder",
+                               rig.Path("store"), "--listen", "127.0.0.1:0"});
+  const auto learner = rig.Start(
+      "learner",
+      rig.Learner("apart", kIterations,
+                  {"--listen", "127.0.0.1:0", "--replay",
+                   rig.AwaitAddress(*replay, "replay"), "--checkpoint",
+                   rig.AwaitAddress(*checkpoint, "checkpoint")}));
+  const std::string address = rig.AwaitAddress(*learner, "learner");
+  const auto actor = [&](const std::string& name) {
+    return rig.Start(name, {"actor", "--learner", address, "--cache",
+                            rig.Path(name + "-cache"), "--threads", "1"});
+  };
+  const auto first = actor("actor1");
+  const auto second = actor("actor2");
+  const auto status = learner->Wait(absl::Minutes(2));
+
+  ASSERT_TRUE(status.ok() && status->ok())
+      << rig.Output("learner") << rig.Output("actor1");
+  EXPECT_EQ(tests::Fingerprint(LatestState(rig.Path("store"))), expected);
+  // The actors go when the learner does.
+  for (const auto& process : {first.get(), second.get()}) {
+    const auto end = process->Wait(absl::Minutes(1));
+    EXPECT_TRUE(end.ok() && end->ok()) << rig.Output("actor1");
+  }
+}
+
+}  // namespace
+}  // namespace sinew::tests

@@ -1,0 +1,173 @@
+// What goes wrong around a run, and what is left of it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/files.h"
+#include "common/policy/safetensors.h"
+#include "deploy/bundle/bundle.h"
+#include "tests/testing/training_rig.h"
+
+namespace sinew::tests {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kFailed = 1;
+constexpr int kMisused = 2;
+
+TEST(RunFaultsTest, NoActorOutlivesItsParent) {
+  const TrainingRig rig;
+  const auto train = rig.Start("run", rig.Train("run", 0, {"--actors", "2"}));
+  rig.AwaitRows(*train, "run", 1);
+  const std::vector<pid_t> actors = ChildrenOf(train->pid());
+  ASSERT_EQ(actors.size(), 2);
+
+  train->Signal(SIGKILL);
+  ASSERT_TRUE(train->Wait(absl::Minutes(1)).ok());
+
+  for (const pid_t actor : actors) {
+    AwaitTrue([actor] { return !IsRunning(actor); });
+  }
+}
+
+TEST(RunFaultsTest, ASignalSavesExportsAndEnds) {
+  const TrainingRig rig;
+  const auto train = rig.Start("run", rig.Train("run", 0));
+  rig.AwaitRows(*train, "run", 3);
+
+  train->Signal(SIGTERM);
+  const auto end = train->Wait(absl::Minutes(1));
+
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  const auto state = LatestState(JoinPath(rig.Path("run"), "checkpoints"));
+  EXPECT_EQ(state.counters.iteration(), rig.Rows("run"));
+  for (const char* name : {"bundle", "bundle_best"}) {
+    const auto bundle = bundle::ReadBundle(JoinPath(rig.Path("run"), name));
+    EXPECT_TRUE(bundle.ok()) << bundle.status();
+  }
+}
+
+TEST(RunFaultsTest, ASecondLearnerOnARunDirectoryIsRefused) {
+  const TrainingRig rig;
+  const auto train = rig.Start("run", rig.Train("run", 0));
+  rig.AwaitRows(*train, "run", 1);
+
+  EXPECT_EQ(rig.Run("second", rig.Train("run", 3)).code, kFailed);
+
+  EXPECT_THAT(rig.Output("second"), HasSubstr(rig.Path("run")));
+  train->Signal(SIGTERM);
+  const auto end = train->Wait(absl::Minutes(1));
+  EXPECT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+}
+
+TEST(RunFaultsTest, AnotherRecipeOnAResumedRunIsRefused) {
+  const TrainingRig rig;
+  rig.MustRun("run", rig.Train("run", 1));
+
+  EXPECT_EQ(
+      rig.Run("second", rig.Train("run", 2, {"--set", "ppo.epochs=3"})).code,
+      kMisused);
+
+  EXPECT_THAT(rig.Output("second"),
+              AllOf(HasSubstr(rig.Path("run")), HasSubstr("ppo.epochs"),
+                    HasSubstr("2 -> 3")));
+}
+
+TEST(RunFaultsTest, APortInUseIsNamed) {
+  const TrainingRig rig;
+  const auto replay =
+      rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
+  const std::string address = rig.AwaitAddress(*replay, "replay");
+
+  EXPECT_EQ(
+      rig.Run("learner", rig.Learner("run", 1, {"--listen", address})).code,
+      kFailed);
+
+  EXPECT_THAT(rig.Output("learner"), HasSubstr(address));
+}
+
+TEST(RunFaultsTest, AnActorThatIsKilledIsReplaced) {
+  const TrainingRig rig;
+  rig.MustRun("straight", rig.Train("straight", 6));
+  const auto train = rig.Start("run", rig.Train("run", 6));
+  rig.AwaitRows(*train, "run", 1);
+  for (const pid_t actor : ChildrenOf(train->pid())) kill(actor, SIGKILL);
+
+  const auto end = train->Wait(absl::Minutes(2));
+
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  EXPECT_EQ(Fingerprint(LatestState(JoinPath(rig.Path("run"), "checkpoints"))),
+            Fingerprint(
+                LatestState(JoinPath(rig.Path("straight"), "checkpoints"))));
+}
+
+TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
+  const TrainingRig rig;
+  const auto train = rig.Start("run", rig.Train("run", 0));
+  rig.AwaitRows(*train, "run", 2);
+  const std::string blobs = rig.Path("run") + "/checkpoints/blobs";
+  std::filesystem::rename(blobs, blobs + ".away");
+
+  Await(*train, [&] {
+    const auto text = ReadFile(rig.Path("run") + "/metrics.jsonl");
+    return text.ok() && text->find("\"save_failures\":1") != std::string::npos;
+  });
+  std::filesystem::rename(blobs + ".away", blobs);
+  const int rows = rig.Rows("run");
+  rig.AwaitRows(*train, "run", rows + 2);
+  train->Signal(SIGTERM);
+  const auto end = train->Wait(absl::Minutes(1));
+
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  EXPECT_THAT(rig.Output("run"), HasSubstr("cannot save the training state"));
+  EXPECT_EQ(LatestState(rig.Path("run") + "/checkpoints").counters.iteration(),
+            rig.Rows("run"));
+}
+
+TEST(RunFaultsTest, ANewRunBeginsWithTheWeightsOfABundle) {
+  const TrainingRig rig;
+  rig.MustRun("first", rig.Train("first", 4));
+  const std::string init = rig.Path("first") + "/bundle";
+  const std::vector<std::string> frozen = {
+      "--set", "ppo.policy_learning_rate=1e-12", "--seed", "9"};
+  std::vector<std::string> with_init = frozen;
+  with_init.insert(with_init.end(), {"--init", init});
+
+  rig.MustRun("fresh", rig.Train("fresh", 1, frozen));
+  rig.MustRun("init", rig.Train("init", 1, with_init));
+
+  const auto weights = [](const std::string& folder) {
+    const auto bundle = bundle::ReadBundle(folder);
+    EXPECT_TRUE(bundle.ok()) << bundle.status();
+    const HostTensor& tensor = bundle->weights.at("policy/mean/weight");
+    return std::vector<float>(tensor.float32().begin(),
+                              tensor.float32().end());
+  };
+  const auto expected = weights(init);
+  const auto found = weights(rig.Path("init") + "/bundle");
+  const auto fresh = weights(rig.Path("fresh") + "/bundle");
+  ASSERT_EQ(found.size(), expected.size());
+  double worst = 0;
+  double fresh_worst = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    worst = std::max<double>(worst, std::abs(found[i] - expected[i]));
+    fresh_worst =
+        std::max<double>(fresh_worst, std::abs(fresh[i] - expected[i]));
+  }
+  // Adam's steps are as long as the learning rate.
+  EXPECT_LT(worst, 1e-6);
+  EXPECT_GT(fresh_worst, 1e-2);
+}
+
+}  // namespace
+}  // namespace sinew::tests

@@ -1,0 +1,49 @@
+#ifndef SINEW_TOOLS_PARITY_BUNDLE_PARITY_H_
+#define SINEW_TOOLS_PARITY_BUNDLE_PARITY_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "deploy/bundle/bundle.h"
+#include "tools/parity/onnx_runtime.h"
+
+namespace sinew::tools {
+
+// How far two back ends may lie apart, relative to a tap's largest value.
+inline constexpr double kParityTolerance = 1e-5;
+
+struct ParityOptions {
+  int rows = 64;      // random inputs, >= 1
+  uint64_t seed = 1;  // of them
+  // Unset: onnxruntime is left out.
+  std::optional<OnnxRuntimeOptions> onnx = std::nullopt;
+};
+
+// One tap of the graph "policy": largest difference of a back end from the
+// executor, over the largest absolute value of the executor.
+struct ParityRow {
+  std::string tap;
+  double torch = 0;
+  std::optional<double> onnx = std::nullopt;
+};
+
+// Runs a bundle's policy on the same random inputs by the executor, by libtorch
+// and by onnxruntime (the file policy.onnx). Observations are normal with
+// standard deviations of 0.1, 1 and 10 in turn, noise is N(0, 1); a function of
+// bundle and seed.
+//
+// Thread-safety: one caller per scratch folder. Blocking: computes; about two
+// seconds for onnxruntime. Errors: those of the back ends, named.
+absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
+    const bundle::Bundle& bundle, const ParityOptions& options);
+
+// INTERNAL naming the first tap and back end beyond the tolerance.
+absl::Status CheckParity(const std::vector<ParityRow>& rows);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_PARITY_BUNDLE_PARITY_H_

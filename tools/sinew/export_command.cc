@@ -1,0 +1,104 @@
+#include "tools/sinew/export_command.h"
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "common/clock.h"
+#include "common/files.h"
+#include "common/rpc/credentials.h"
+#include "common/status_macros.h"
+#include "deploy/bundle/run_export.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/state/state_store.h"
+#include "proto/sinew/v1/run.pb.h"
+
+namespace sinew::tools {
+namespace {
+
+struct ExportOptions {
+  std::string run;
+  std::string out;
+  bool best = false;
+};
+
+absl::Status ExportLatest(const ExportOptions& options,
+                          checkpoint::ArtifactStore& store) {
+  std::vector<std::string> warnings;
+  const auto state = learner::LoadLatestState(store, &warnings);
+  for (const std::string& warning : warnings) {
+    absl::FPrintF(stderr, "sinew: %s\n", warning);
+  }
+  SINEW_RETURN_IF_ERROR(state.status());
+  if (state->snapshots.empty()) {
+    return absl::DataLossError(
+        absl::StrCat(options.run, ": expected a snapshot in state ",
+                     state->counters.iteration(), ", found none"));
+  }
+  const v1::TrainingState& counters = state->counters;
+  return bundle::ExportRun(options.run,
+                           {.snapshot = state->snapshots.back(),
+                            .iterations = counters.iteration(),
+                            .samples = counters.samples(),
+                            .train_seconds = counters.train_seconds(),
+                            .build = counters.build()},
+                           options.out);
+}
+
+absl::Status ExportBest(const ExportOptions& options,
+                        checkpoint::ArtifactStore& store) {
+  SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
+                         GetFiles(store, "best"));
+  const auto snapshot = files.find("snapshot");
+  const auto record = files.find("evaluated.pb");
+  v1::EvaluatedPolicy evaluated;
+  if (snapshot == files.end() || record == files.end() ||
+      !evaluated.ParseFromString(*record->second)) {
+    return absl::DataLossError(absl::StrCat(
+        options.run, ": artifact \"best\": expected files snapshot and "
+        "evaluated.pb, found ", files.size(), " others"));
+  }
+  return bundle::ExportRun(options.run,
+                           {.snapshot = *snapshot->second,
+                            .iterations = evaluated.iteration(),
+                            .samples = evaluated.samples(),
+                            .train_seconds = evaluated.train_seconds(),
+                            .metrics = evaluated.metrics()},
+                           options.out);
+}
+
+absl::Status RunExport(const ExportOptions& options, const StopToken& stop) {
+  const std::string folder = JoinPath(options.run, "checkpoints");
+  if (!FileExists(folder)) {
+    return absl::NotFoundError(absl::StrCat(
+        options.run, ": expected a run directory, found no checkpoints/"));
+  }
+  const SystemClock clock;
+  SINEW_ASSIGN_OR_RETURN(
+      const auto store,
+      checkpoint::OpenStore(folder, checkpoint::StoreAccess::kRead,
+                            rpc::Security(), clock, stop));
+  SINEW_RETURN_IF_ERROR(options.best ? ExportBest(options, *store)
+                                     : ExportLatest(options, *store));
+  absl::PrintF("%s\n", options.out);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<ExportOptions>();
+  auto* command = AddSubcommand<ExportOptions>(
+      app, "export", "a bundle from a run", options, action, RunExport);
+  command->add_option("--run", options->run, "run directory")->required();
+  command->add_option("--out", options->out, "bundle folder")->required();
+  command->add_flag("--best", options->best,
+                    "the best evaluated policy instead of the newest state");
+}
+
+}  // namespace sinew::tools

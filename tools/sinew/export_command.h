@@ -1,0 +1,14 @@
+#ifndef SINEW_TOOLS_SINEW_EXPORT_COMMAND_H_
+#define SINEW_TOOLS_SINEW_EXPORT_COMMAND_H_
+
+#include "tools/sinew/command.h"
+
+namespace sinew::tools {
+
+// `sinew export --run RUN --out BUNDLE [--best]`: a bundle from a run directory
+// alone: of its newest saved state, or of the best evaluated policy.
+void AddExportCommand(CLI::App& app, Action& action);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_SINEW_EXPORT_COMMAND_H_

@@ -1,0 +1,140 @@
+#include "tools/sinew/export_command.h"
+
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "common/clock.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/run_export.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "learner/state/state_store.h"
+#include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/run.pb.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+
+// A run directory as training leaves it, without the training.
+class ExportCommand : public ::testing::Test {
+ protected:
+  ExportCommand()
+      : toy_(world::testing::MakeToyWorld()),
+        run_(JoinPath(toy_.folder, "run")) {
+    EXPECT_THAT(MakeDirectories(JoinPath(run_, "checkpoints")), IsOk());
+    EXPECT_THAT(WriteFileAtomically(JoinPath(run_, "config.textproto"),
+                                    PrintRecipe(toy_.recipe)),
+                IsOk());
+    EXPECT_THAT(bundle::SaveRunInputs(
+                    run_, JoinPath(toy_.folder, "character.textproto"),
+                    *toy_.library),
+                IsOk());
+  }
+
+  std::string Snapshot(double gain) const {
+    return SerializeDeterministically(bundle::testing::RandomSnapshot(
+        toy_.recipe, /*observation_width=*/68, /*action_width=*/4, gain));
+  }
+  std::unique_ptr<checkpoint::ArtifactStore> Store() const {
+    return *checkpoint::OpenStore(JoinPath(run_, "checkpoints"),
+                                  checkpoint::StoreAccess::kWrite,
+                                  rpc::Security(), clock_);
+  }
+  void SaveState(const std::string& snapshot) const {
+    learner::Trainer::State state;
+    state.counters.set_format_version(1);
+    state.counters.set_iteration(12);
+    state.counters.set_samples(345);
+    v1::SnapshotReference* reference = state.counters.add_snapshots();
+    reference->set_version(12);
+    reference->set_sha256(Sha256Hex(snapshot));
+    state.snapshots.push_back(snapshot);
+    ASSERT_THAT(learner::SaveState(*Store(), state, /*keep=*/2), IsOk());
+  }
+  void SaveBest(const std::string& snapshot) const {
+    v1::EvaluatedPolicy evaluated;
+    evaluated.set_iteration(9);
+    evaluated.mutable_metrics()->set_succeeded_starts(31);
+    v1::Artifact record;
+    record.set_id("policy-00000009");
+    record.set_kind("policy");
+    const auto store = Store();
+    ASSERT_THAT(
+        PutFiles(*store, record,
+                 {{"snapshot", std::make_shared<const std::string>(snapshot)},
+                  {"evaluated.pb", std::make_shared<const std::string>(
+                                       evaluated.SerializeAsString())}}),
+        IsOk());
+    ASSERT_THAT(store->SetAlias("best", record.id()), IsOk());
+  }
+  absl::Status Export(const std::string& flags = "") const {
+    CLI::App app;
+    app.require_subcommand(1);
+    Action action;
+    AddExportCommand(app, action);
+    app.parse(absl::StrCat("export --run ", run_, " --out ", Out(), flags));
+    return action(StopToken());
+  }
+  std::string Out() const { return JoinPath(toy_.folder, "exported"); }
+
+  const SystemClock clock_;
+  const world::testing::ToyWorld toy_;
+  const std::string run_;
+};
+
+TEST_F(ExportCommand, MakesABundleOfTheNewestState) {
+  SaveState(Snapshot(0.2));
+  SaveBest(Snapshot(0.4));
+
+  ASSERT_THAT(Export(), IsOk());
+
+  const auto bundle = bundle::ReadBundle(Out());
+  ASSERT_THAT(bundle, IsOk());
+  const v1::BundleProvenance& provenance = bundle->manifest.provenance();
+  EXPECT_EQ(provenance.snapshot_sha256(), Sha256Hex(Snapshot(0.2)));
+  EXPECT_EQ(provenance.iterations(), 12);
+  EXPECT_EQ(provenance.samples(), 345);
+}
+
+TEST_F(ExportCommand, MakesABundleOfTheBestPolicyWithItsMetrics) {
+  SaveState(Snapshot(0.2));
+  SaveBest(Snapshot(0.4));
+
+  ASSERT_THAT(Export(" --best"), IsOk());
+
+  const auto bundle = bundle::ReadBundle(Out());
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(bundle->manifest.provenance().snapshot_sha256(),
+            Sha256Hex(Snapshot(0.4)));
+  EXPECT_EQ(bundle->manifest.provenance().iterations(), 9);
+  EXPECT_EQ(bundle->manifest.metrics().succeeded_starts(), 31);
+}
+
+TEST_F(ExportCommand, NamesWhatIsMissing) {
+  EXPECT_THAT(Export(), StatusIs(absl::StatusCode::kNotFound));
+  SaveState(Snapshot(0.2));
+  EXPECT_THAT(Export(" --best"),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("best")));
+  ASSERT_THAT(RemoveRecursively(JoinPath(run_, "checkpoints")), IsOk());
+  EXPECT_THAT(Export(), StatusIs(absl::StatusCode::kNotFound,
+                                 HasSubstr("found no checkpoints/")));
+  EXPECT_FALSE(FileExists(Out()));
+}
+
+}  // namespace
+}  // namespace sinew::tools

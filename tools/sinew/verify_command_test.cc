@@ -1,0 +1,95 @@
+#include "tools/sinew/verify_command.h"
+
+#include <cmath>
+#include <string>
+
+#include "common/files.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "sim/world/testing/toy_world.h"
+#include "tools/parity/bundle_parity.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+
+std::string WriteToy() {
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  const std::string directory = JoinPath(toy.folder, "bundle");
+  EXPECT_THAT(
+      bundle::WriteBundle(bundle::testing::ToyContent(toy), directory), IsOk());
+  return directory;
+}
+
+absl::Status Verify(const std::string& arguments, std::string* output) {
+  CLI::App app;
+  app.require_subcommand(1);
+  Action action;
+  AddVerifyCommand(app, action);
+  app.parse("verify " + arguments);
+  ::testing::internal::CaptureStdout();
+  const absl::Status status = action(StopToken());
+  *output = ::testing::internal::GetCapturedStdout();
+  return status;
+}
+
+TEST(Verify, FindsThatAllBackEndsAgree) {
+  std::string output;
+
+  EXPECT_THAT(Verify(WriteToy(), &output), IsOk());
+
+  EXPECT_THAT(output,
+              AllOf(HasSubstr("toy, 4 joints, 68 observations, 30 Hz"),
+                    ContainsRegex("action +[0-9.e-]+ +[0-9.e-]+\n"),
+                    ContainsRegex("mean +[0-9.e-]+ +[0-9.e-]+\n")));
+}
+
+TEST(Verify, LeavesOnnxOutIfToldTo) {
+  std::string output;
+
+  EXPECT_THAT(Verify(WriteToy() + " --skip-onnx", &output), IsOk());
+
+  EXPECT_THAT(output, ContainsRegex("action +[0-9.e-]+ +skipped\n"));
+}
+
+TEST(Verify, RefusesAnAlteredBundle) {
+  const std::string directory = WriteToy();
+  const std::string path = JoinPath(directory, "policy.onnx");
+  std::string model = *ReadFile(path);
+  model[model.size() / 2] ^= 4;
+  ASSERT_THAT(WriteFileAtomically(path, model), IsOk());
+  std::string output;
+
+  EXPECT_THAT(Verify(directory, &output),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)));
+}
+
+TEST(Verify, NamesWhatIsNoBundle) {
+  std::string output;
+
+  EXPECT_THAT(Verify("/nowhere", &output),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
+}
+
+TEST(CheckParity, NamesTapAndBackEndBeyondTheTolerance) {
+  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = 9e-6, .onnx = 9e-6}}),
+              IsOk());
+  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = 2e-7, .onnx = 2e-5}}),
+              StatusIs(absl::StatusCode::kInternal,
+                       HasSubstr("tap \"mean\": expected onnxruntime within "
+                                 "1e-05 of the executor, found 2.00e-05")));
+  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = NAN}}),
+              StatusIs(absl::StatusCode::kInternal, HasSubstr("libtorch")));
+}
+
+}  // namespace
+}  // namespace sinew::tools

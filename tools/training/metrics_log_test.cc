@@ -1,0 +1,98 @@
+#include "tools/training/metrics_log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_split.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::testing::ElementsAre;
+
+std::string NewFile(const std::string& name) {
+  return JoinPath(getenv("TEST_TMPDIR"), name);
+}
+
+void WriteRows(MetricsLog& log, int first, int last) {
+  for (int i = first; i <= last; ++i) {
+    learner::IterationReport report;
+    report.iteration = i;
+    EXPECT_THAT(log.Write(report, RunFigures()), IsOk());
+  }
+}
+
+std::vector<int> Iterations(const std::string& path) {
+  std::vector<int> iterations;
+  const auto text = ReadFile(path);
+  EXPECT_THAT(text, IsOk());
+  for (const std::string& line : std::vector<std::string>(
+           absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
+    iterations.push_back(nlohmann::json::parse(line).at("iteration"));
+  }
+  return iterations;
+}
+
+TEST(MetricsLogTest, RemovesRowsPastTheIterationThatIsGoneOnFrom) {
+  const std::string path = NewFile("past.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  WriteRows(**log, 1, 4);
+
+  log = MetricsLog::Open(path, 2);
+  ASSERT_THAT(log, IsOk());
+  WriteRows(**log, 3, 3);
+
+  EXPECT_THAT(Iterations(path), ElementsAre(1, 2, 3));
+}
+
+TEST(MetricsLogTest, RemovesAnUnfinishedRow) {
+  const std::string path = NewFile("unfinished.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  WriteRows(**log, 1, 2);
+  ASSERT_THAT(AppendToFile(path, "{\"iteration\":3,\"wal"), IsOk());
+
+  ASSERT_THAT(MetricsLog::Open(path, 3), IsOk());
+
+  EXPECT_THAT(Iterations(path), ElementsAre(1, 2));
+}
+
+TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
+  const std::string path = NewFile("seconds.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  learner::IterationReport report;
+  report.iteration = 1;
+  report.learn_seconds = 0.25;
+  report.rollout_seconds.set_simulate(1.5);
+  report.evaluation = EvaluationSummary();
+  report.evaluation->overall.starts = 32;
+  report.evaluation->overall.succeeded_starts = 12;
+  RunFigures figures;
+  figures.cores = 2;
+  figures.iteration_wall = 1.25;
+
+  ASSERT_THAT((*log)->Write(report, figures), IsOk());
+
+  const auto text = ReadFile(path);
+  ASSERT_THAT(text, IsOk());
+  const auto row = nlohmann::json::parse(*text);
+  EXPECT_EQ(row["cores"], 2);
+  EXPECT_EQ(row["seconds"]["iteration"], 1.25);
+  EXPECT_EQ(row["seconds"]["learn"], 0.25);
+  EXPECT_EQ(row["seconds"]["simulate"], 1.5);
+  EXPECT_EQ(row["eval"]["starts"], 32);
+  EXPECT_EQ(row["eval"]["succeeded_starts"], 12);
+}
+
+}  // namespace
+}  // namespace sinew::tools
