@@ -38,11 +38,16 @@ struct Step {
   std::string result;
 };
 
-std::vector<Step> Steps(const QuickstartOptions& options,
-                        const std::string& clip_file) {
-  const std::string& run = options.out;
-  const std::string motions = JoinPath(run, "motions");
-  const std::string bundle = JoinPath(run, "bundle_best");
+constexpr int kNumSteps = 5;
+
+std::string Motions(const QuickstartOptions& options) {
+  return JoinPath(options.out, "motions");
+}
+
+// From the clip to bundles.
+std::vector<Step> LearningSteps(const QuickstartOptions& options,
+                                const std::string& clip_file) {
+  const std::string motions = Motions(options);
   const std::string minutes = absl::StrFormat("%g", options.minutes);
   return {
       {"import a recorded walk",
@@ -51,12 +56,24 @@ std::vector<Step> Steps(const QuickstartOptions& options,
         "--licence", "MIT", "--out", motions, clip_file},
        JoinPath(motions, "manifest.json")},
       {absl::StrCat("train a policy to follow it, ", minutes, " minutes"),
-       {"train", "--recipe", "track_clip", "--motions", motions, "--run", run,
-        "--minutes", minutes, "--seed", absl::StrCat(options.seed)},
+       {"train", "--recipe", "track_clip", "--motions", motions, "--run",
+        options.out, "--minutes", minutes, "--seed",
+        absl::StrCat(options.seed)},
        ""},
-      {"evaluate the best bundle: 32 starts, 10 s each",
-       {"eval", "--bundle", bundle, "--motions", motions, "--starts", "32",
-        "--out", JoinPath(run, "eval.json")},
+  };
+}
+
+// From a bundle to the report: the best evaluated one, if training was long
+// enough for an evaluation.
+std::vector<Step> ShowingSteps(const QuickstartOptions& options) {
+  const std::string& run = options.out;
+  const std::string best = JoinPath(run, "bundle_best");
+  const std::string bundle =
+      FileExists(best) ? best : JoinPath(run, "bundle");
+  return {
+      {"evaluate the bundle: 32 starts, 10 s each",
+       {"eval", "--bundle", bundle, "--motions", Motions(options), "--starts",
+        "32", "--out", JoinPath(run, "eval.json")},
        ""},
       {"check the bundle in every runtime", {"verify", bundle}, ""},
       {"write the report", {"report", "--run", run}, ""},
@@ -69,9 +86,9 @@ std::string ShellWord(const std::string& word) {
   return plain ? word : absl::StrCat("'", word, "'");
 }
 
-absl::Status RunStep(const Step& step, int number, int steps,
-                     absl::Duration patience, const StopToken& stop) {
-  absl::FPrintF(stderr, "\n[%d/%d] %s\n", number, steps, step.title);
+absl::Status RunStep(const Step& step, int number, absl::Duration patience,
+                     const StopToken& stop) {
+  absl::FPrintF(stderr, "\n[%d/%d] %s\n", number, kNumSteps, step.title);
   std::vector<std::string> words;
   for (const std::string& word : step.arguments) {
     words.push_back(ShellWord(word));
@@ -108,12 +125,13 @@ absl::Status RunQuickstart(const QuickstartOptions& options,
       FindResource(absl::StrCat("pybullet_data/pybullet_data/data/motions/",
                                 options.clip, ".txt")));
   SINEW_RETURN_IF_ERROR(MakeDirectories(options.out));
-  const std::vector<Step> steps = Steps(options, clip);
   const absl::Duration patience = kPatience + absl::Minutes(options.minutes);
-  for (size_t i = 0; i < steps.size(); ++i) {
-    SINEW_RETURN_IF_ERROR(RunStep(steps[i], static_cast<int>(i) + 1,
-                                  static_cast<int>(steps.size()), patience,
-                                  stop));
+  int number = 0;
+  for (const Step& step : LearningSteps(options, clip)) {
+    SINEW_RETURN_IF_ERROR(RunStep(step, ++number, patience, stop));
+  }
+  for (const Step& step : ShowingSteps(options)) {
+    SINEW_RETURN_IF_ERROR(RunStep(step, ++number, patience, stop));
   }
   absl::FPrintF(stderr, "\nDone. Open %s in a browser.\n",
                 JoinPath(options.out, "report.html"));

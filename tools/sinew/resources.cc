@@ -1,5 +1,6 @@
 #include "tools/sinew/resources.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "absl/strings/match.h"
@@ -39,6 +40,9 @@ absl::StatusOr<std::string> FindResource(const std::string& path) {
   std::vector<std::string> candidates;
   if (const auto binary = OwnBinary(); binary.ok()) {
     candidates.push_back(JoinPath(absl::StrCat(*binary, ".runfiles"), path));
+  }
+  if (const char* tests = std::getenv("TEST_SRCDIR"); tests != nullptr) {
+    candidates.push_back(JoinPath(tests, path));
   }
   if (absl::StartsWith(path, kOwnRepository)) {
     candidates.push_back(path.substr(sizeof(kOwnRepository) - 1));
