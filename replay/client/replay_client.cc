@@ -43,9 +43,8 @@ class Collector {
 
   absl::StatusOr<std::vector<SegmentPtr>> Finish(size_t expected) {
     if (payload_.begun() || segments_.size() != expected) {
-      return absl::DataLossError(absl::StrCat("expected ", expected,
-                                              " segments, found ",
-                                              segments_.size()));
+      return absl::DataLossError(absl::StrCat(
+          "expected ", expected, " segments, found ", segments_.size()));
     }
     return std::move(segments_);
   }
@@ -68,8 +67,8 @@ absl::Status ReplayClient::Open(const v1::OpenRequest& request) {
   rpc::SetTimeout(context, options_.timeout);
   context.set_wait_for_ready(true);
   v1::OpenResponse response;
-  return AwayIfCancelled(rpc::FromGrpc(
-      stub_->Open(&context, request, &response), options_.peer));
+  return AwayIfCancelled(
+      rpc::FromGrpc(stub_->Open(&context, request, &response), options_.peer));
 }
 
 absl::StatusOr<v1::PutSegmentResponse> ReplayClient::Put(

@@ -105,10 +105,9 @@ class CancellingService final : public v1::Replay::Service {
                     v1::OpenResponse*) override {
     return grpc::Status::CANCELLED;
   }
-  grpc::Status Put(
-      grpc::ServerContext*,
-      grpc::ServerReaderWriter<v1::PutSegmentResponse, v1::PutSegmentRequest>*)
-      override {
+  grpc::Status Put(grpc::ServerContext*,
+                   grpc::ServerReaderWriter<v1::PutSegmentResponse,
+                                            v1::PutSegmentRequest>*) override {
     return grpc::Status::CANCELLED;
   }
   grpc::Status Take(grpc::ServerContext*, const v1::TakeRequest*,
