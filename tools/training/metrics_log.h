@@ -35,7 +35,7 @@ struct RunFigures {
   double actors_cpu = -1;
   int64_t actors = 0;
   int64_t orders_reissued = 0;  // in all
-  int64_t save_failures = 0;    // in all, this session
+  int64_t save_failures = 0;    // by this process
 };
 
 // metrics.jsonl: one JSON object a line per iteration. Where core-seconds went:

@@ -141,7 +141,7 @@ class TrainingRun {
   double row_seconds_ = 0;
   double row_learner_cpu_ = 0;
   double row_actors_cpu_ = 0;
-  // At the start of this session.
+  // When this process began.
   int64_t first_samples_ = 0;
   double first_train_seconds_ = 0;
 };
