@@ -18,6 +18,10 @@ constexpr std::chrono::milliseconds kStep(100);
 constexpr size_t kMaxTaken = size_t{1} << 16;
 
 absl::Status OtherRun(const std::string& expected, const std::string& found) {
+  if (expected.empty()) {
+    return absl::NotFoundError(
+        absl::StrCat("run: the table serves none yet, found \"", found, "\""));
+  }
   return absl::FailedPreconditionError(absl::StrCat(
       "run: the table serves \"", expected, "\", found \"", found, "\""));
 }
@@ -77,10 +81,10 @@ absl::Status Table::CheckFits(const std::vector<Entry>& entries) const {
     int64_t& bytes = needed[expected.iteration()];
     bytes += std::min(entry.max_bytes, options_.limit_bytes + 1);
     if (bytes > options_.limit_bytes) {
-      return absl::ResourceExhaustedError(absl::StrCat(
-          "replay_bytes: the segments of iteration ", expected.iteration(),
-          " may need ", bytes, " bytes or more, the table has ",
-          options_.limit_bytes));
+      return absl::ResourceExhaustedError(
+          absl::StrCat("replay_bytes: the segments of iteration ",
+                       expected.iteration(), " may need ", bytes,
+                       " bytes or more, the table has ", options_.limit_bytes));
     }
   }
   return absl::OkStatus();
@@ -91,8 +95,7 @@ void Table::Insert(Entry entry) {
   const int64_t id = expected.order_id();
   if (entries_.contains(id)) return;
   if (taken_.erase(id) > 0) {
-    taken_order_.erase(
-        std::find(taken_order_.begin(), taken_order_.end(), id));
+    taken_order_.erase(std::find(taken_order_.begin(), taken_order_.end(), id));
   }
   missing_bytes_[expected.iteration()] += entry.max_bytes;
   entries_.emplace(id, std::move(entry));
@@ -151,10 +154,10 @@ std::optional<Response> Table::RefuseByKey(const std::string& run_id,
                   "the first segment stays");
   }
   if (total_bytes < 0 || total_bytes > found->second.max_bytes) {
-    return Refuse(order_id, Response::VERDICT_MALFORMED,
-                  absl::StrCat("total_size: expected 0 to ",
-                               found->second.max_bytes, " bytes, found ",
-                               total_bytes));
+    return Refuse(
+        order_id, Response::VERDICT_MALFORMED,
+        absl::StrCat("total_size: expected 0 to ", found->second.max_bytes,
+                     " bytes, found ", total_bytes));
   }
   return std::nullopt;
 }
@@ -248,8 +251,8 @@ Response Table::Put(std::unique_ptr<Room> room, absl::string_view bytes) {
   Response response;
   if (static_cast<int64_t>(bytes.size()) != room->bytes_) {
     response = Refuse(order_id, Response::VERDICT_MALFORMED,
-                      absl::StrCat("expected ", room->bytes_,
-                                   " bytes, found ", bytes.size()));
+                      absl::StrCat("expected ", room->bytes_, " bytes, found ",
+                                   bytes.size()));
   } else {
     response = Judge(expectation, bytes, *segment);
   }

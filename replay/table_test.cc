@@ -267,6 +267,15 @@ TEST(Table, ServesOneRunUntilAnotherResetsIt) {
               StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
+TEST(Table, SaysThatItServesNoRunYet) {
+  Fixture f;
+
+  EXPECT_THAT(f.table.Open(MakeOpen({1})),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("run")));
+  EXPECT_THAT(f.Collect({1}, absl::InfiniteFuture()),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("run")));
+}
+
 TEST(Table, WakesEverybodyWhenItCloses) {
   Fixture f;
   ASSERT_THAT(f.table.Open(MakeOpen({1}, 0, true)), IsOk());
@@ -291,8 +300,8 @@ TEST(Table, CountsRefusalsByReason) {
   EXPECT_EQ(status.refused().at("VERDICT_UNEXPECTED"), 1);
   const std::string text = f.registry.Text();
   EXPECT_THAT(text, HasSubstr("sinew_segments_accepted_total 1"));
-  EXPECT_THAT(text, HasSubstr(
-      "sinew_segments_refused_total{reason=\"duplicate\"} 1"));
+  EXPECT_THAT(
+      text, HasSubstr("sinew_segments_refused_total{reason=\"duplicate\"} 1"));
   EXPECT_THAT(metrics::Lint(text), IsOk());
 }
 

@@ -34,7 +34,7 @@ namespace sinew::actor {
 //   1. connect, register, fetch the assets; want 2 orders per thread
 //   2. each thread: pop an order, fetch its snapshot, roll out, push the
 //      segment into the outbox (waits while replay is full), want 1
-//   3. each verdict of replay: done
+//   3. each verdict of replay: done; refused for good: give the order back
 //   until stop:           give back what was not begun; finish what runs and
 //                         send it, or give it back after drain_timeout
 //   until learner drains: finish everything, send it, go
@@ -122,8 +122,8 @@ class Actor {
   void ReportVerdict(const OutgoingSegment& segment,
                      const v1::PutSegmentResponse& response)
       SINEW_EXCLUDES(mu_);
-  void Return(const std::vector<int64_t>& order_ids, const std::string& reason)
-      SINEW_EXCLUDES(mu_);
+  void Return(const std::vector<int64_t>& order_ids, const std::string& reason,
+              bool refused = false) SINEW_EXCLUDES(mu_);
   // Changes the number of orders that wait or run. Returns the connection
   // whose wants have to follow: a later one counts the change itself.
   std::shared_ptr<Connection> AddHeld(int change) SINEW_EXCLUDES(mu_);

@@ -32,6 +32,7 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::UnorderedElementsAre;
 
@@ -99,9 +100,8 @@ class ActorTest : public ::testing::Test {
     auto actor = Actor::Create(options, engine_, metrics_);
     ASSERT_THAT(actor, IsOk());
     actor_ = *std::move(actor);
-    running_ = std::async(std::launch::async, [this] {
-      return actor_->Run(stop_.get_token());
-    });
+    running_ = std::async(std::launch::async,
+                          [this] { return actor_->Run(stop_.get_token()); });
   }
   void Start(const Learner& learner) { Start(Options(learner.address())); }
 
@@ -271,10 +271,11 @@ TEST_F(ActorTest, EndsWithAnErrorThatNamesTheLearnerThatStaysAway) {
 
   learner.reset();
 
-  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kUnavailable,
-                              HasSubstr(absl::StrCat(
-                                  "no learner at ", folder_.Address("l"),
-                                  " for 50ms; last error: "))));
+  EXPECT_THAT(
+      End(),
+      StatusIs(absl::StatusCode::kUnavailable,
+               HasSubstr(absl::StrCat("no learner at ", folder_.Address("l"),
+                                      " for 50ms; last error: "))));
 }
 
 TEST_F(ActorTest, AsksForAsManyOrdersAsBeforeAfterALostStream) {
@@ -395,6 +396,23 @@ TEST_F(ActorTest, DropsWhatReplayRefusesAndCountsIt) {
                         "1"));
 }
 
+TEST_F(ActorTest, GivesAnOrderBackWhoseSegmentReplayRefusesForGood) {
+  Learner learner(folder_.Address("l"));
+  Actor::Options options = Options(learner.address());
+  options.threads = 1;
+  engine_.Spoil(1);
+  learner.Add(1);
+  Start(options);
+
+  learner.dispatcher().WaitForReturned(1);
+
+  EXPECT_THAT(learner.dispatcher().returned(), ElementsAre(1));
+  EXPECT_THAT(learner.dispatcher().done(), IsEmpty());
+  EXPECT_EQ(learner.dispatcher().refused(), 1);
+  EXPECT_THAT(learner.dispatcher().reasons()[0],
+              HasSubstr("VERDICT_NON_FINITE: "));
+}
+
 TEST_F(ActorTest, ReportsItsMetricsByPrometheusRules) {
   Learner learner(folder_.Address("l"));
   Start(learner);
@@ -409,9 +427,8 @@ TEST_F(ActorTest, ReportsItsMetricsByPrometheusRules) {
   EXPECT_THAT(text, HasSubstr("sinew_build_info{build=\"build\","));
   for (const char* stage : {"simulate", "infer", "observe", "encode", "fetch",
                             "idle", "blocked", "send"}) {
-    EXPECT_THAT(text,
-                HasSubstr(absl::StrCat("sinew_stage_seconds_total{stage=\"",
-                                       stage, "\"}")));
+    EXPECT_THAT(text, HasSubstr(absl::StrCat(
+                          "sinew_stage_seconds_total{stage=\"", stage, "\"}")));
   }
   for (const char* reason :
        {"terminated", "time_limit", "clip_end", "diverged"}) {
@@ -440,9 +457,9 @@ TEST(Actor, RefusesImpossibleOptions) {
                        HasSubstr("threads: expected >= 1, found 0")));
   options.threads = 1;
   options.dispatcher_address = "nonsense";
-  EXPECT_THAT(Actor::Create(options, engine, metrics),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("nonsense")));
+  EXPECT_THAT(
+      Actor::Create(options, engine, metrics),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nonsense")));
 }
 
 }  // namespace

@@ -24,6 +24,13 @@ bool IsHopeless(const absl::Status& status) {
   return absl::IsInvalidArgument(status) || absl::IsFailedPrecondition(status);
 }
 
+// The segment itself is wrong, as opposed to late or of no use any more.
+bool IsRefusedForGood(v1::PutSegmentResponse::Verdict verdict) {
+  return verdict != v1::PutSegmentResponse::VERDICT_ACCEPTED &&
+         verdict != v1::PutSegmentResponse::VERDICT_DUPLICATE &&
+         verdict != v1::PutSegmentResponse::VERDICT_UNEXPECTED;
+}
+
 }  // namespace
 
 void Actor::Work() {
@@ -102,12 +109,17 @@ void Actor::ReportVerdict(const OutgoingSegment& segment,
   using Response = v1::PutSegmentResponse;
   metrics_.Count(response);
   metrics_.queue_bytes.Set(static_cast<double>(outbox_.bytes()));
+  const std::string& verdict = Response::Verdict_Name(response.verdict());
   if (response.verdict() != Response::VERDICT_ACCEPTED &&
       response.verdict() != Response::VERDICT_DUPLICATE) {
-    LogWarning("replay refused a segment",
-               {{"order", segment.order_id},
-                {"verdict", Response::Verdict_Name(response.verdict())},
-                {"detail", response.detail()}});
+    LogWarning("replay refused a segment", {{"order", segment.order_id},
+                                            {"verdict", verdict},
+                                            {"detail", response.detail()}});
+  }
+  if (IsRefusedForGood(response.verdict())) {
+    Return({segment.order_id}, absl::StrCat(verdict, ": ", response.detail()),
+           /*refused=*/true);
+    return;
   }
   v1::ActorMessage::Done done;
   done.set_order_id(segment.order_id);
@@ -119,11 +131,11 @@ void Actor::ReportVerdict(const OutgoingSegment& segment,
 }
 
 void Actor::Return(const std::vector<int64_t>& order_ids,
-                   const std::string& reason) {
+                   const std::string& reason, bool refused) {
   if (order_ids.empty()) return;
   metrics_.orders_returned.Increment(static_cast<double>(order_ids.size()));
   if (const auto connection = this->connection()) {
-    connection->SendReturn(order_ids, reason);
+    connection->SendReturn(order_ids, reason, refused);
   }
 }
 

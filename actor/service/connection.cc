@@ -80,12 +80,13 @@ void Connection::SendDone(const v1::ActorMessage::Done& done) {
 }
 
 void Connection::SendReturn(const std::vector<int64_t>& order_ids,
-                            const std::string& reason) {
+                            const std::string& reason, bool refused) {
   if (order_ids.empty()) return;
   v1::ActorMessage message;
   message.mutable_return_()->mutable_order_ids()->Add(order_ids.begin(),
                                                       order_ids.end());
   message.mutable_return_()->set_reason(reason);
+  message.mutable_return_()->set_refused(refused);
   stream_.Send(message);
 }
 

@@ -51,7 +51,7 @@ class Connection {
   void SendWant(int count);
   void SendDone(const v1::ActorMessage::Done& done);
   void SendReturn(const std::vector<int64_t>& order_ids,
-                  const std::string& reason);
+                  const std::string& reason, bool refused);
   // Says goodbye; the learner then ends the stream.
   void Close();
   // Ends the stream at once, with whatever waits on it.

@@ -38,6 +38,7 @@ class DispatcherImpl final : public Dispatcher,
   void Add(const std::vector<v1::Order>& orders) override;
   void Retire(const std::vector<int64_t>& order_ids) override;
   Statistics statistics() const override;
+  absl::Status failure() const override;
   void Shutdown(absl::Time deadline) override;
 
   void OnMessage(Session& session, bool ok) override;
@@ -116,6 +117,11 @@ void DispatcherImpl::Retire(const std::vector<int64_t>& order_ids) {
 Dispatcher::Statistics DispatcherImpl::statistics() const {
   MutexLock lock(mu_);
   return roster_.statistics();
+}
+
+absl::Status DispatcherImpl::failure() const {
+  MutexLock lock(mu_);
+  return roster_.failure();
 }
 
 void DispatcherImpl::OnMessage(Session& session, bool ok) {

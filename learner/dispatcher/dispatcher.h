@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "common/clock.h"
 #include "proto/sinew/v1/dispatch.grpc.pb.h"
@@ -72,6 +73,9 @@ class Dispatcher {
   // The learner has these segments.
   virtual void Retire(const std::vector<int64_t>& order_ids) = 0;
   virtual Statistics statistics() const = 0;
+  // FAILED_PRECONDITION: replay refused the segment of an order three times,
+  // named with the last verdict. Stays so.
+  virtual absl::Status failure() const = 0;
   // Sends [drain] to every actor; a stream ends once its actor holds nothing,
   // or at `deadline` (wall time) by cancellation. No actor is admitted
   // afterwards. Returns when all streams have ended, at most 5 s late.

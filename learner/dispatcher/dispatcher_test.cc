@@ -195,6 +195,40 @@ TEST_F(DispatcherTest, HandsAReturnedOrderToAnother) {
   EXPECT_EQ(dispatcher_.statistics().orders_returned, 1);
 }
 
+TEST_F(DispatcherTest, GivesARefusedOrderOutTwiceMoreAndThenFails) {
+  dispatcher_.Add(MakeOrders({1}));
+  TestActor actor(rig_, "a");
+  actor.Join();
+
+  for (const char* reason : {"first", "second", "NON_FINITE: reward"}) {
+    EXPECT_EQ(dispatcher_.failure(), absl::OkStatus());
+    actor.Want(1);
+    ASSERT_THAT(actor.ReadOrder(), Optional(1));
+    actor.Refuse(1, reason);
+    actor.Sync();
+  }
+
+  EXPECT_THAT(dispatcher_.failure(),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("order 1: replay refused its segment 3 times, "
+                                 "the last time with NON_FINITE: reward")));
+}
+
+TEST_F(DispatcherTest, IgnoresTheRefusalOfAnOrderThatHasASegment) {
+  dispatcher_.Add(MakeOrders({1}));
+  TestActor actor(rig_, "a");
+  actor.Join();
+  actor.Want(1);
+  ASSERT_THAT(actor.ReadOrder(), Optional(1));
+  actor.Done(1);
+
+  for (int i = 0; i < 3; ++i) actor.Refuse(1, "late");
+  actor.Sync();
+
+  EXPECT_EQ(dispatcher_.failure(), absl::OkStatus());
+  EXPECT_EQ(dispatcher_.statistics().orders_waiting, 0);
+}
+
 TEST_F(DispatcherTest, HandsTheOrdersOfABrokenStreamToAnother) {
   dispatcher_.Add(MakeOrders({1}));
   TestActor other(rig_, "other");

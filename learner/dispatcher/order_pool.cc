@@ -63,6 +63,12 @@ bool OrderPool::Return(int64_t actor, int64_t order_id) {
   return it != entries_.end() && Release(actor, it->second);
 }
 
+int OrderPool::Refuse(int64_t actor, int64_t order_id) {
+  auto it = entries_.find(order_id);
+  if (it == entries_.end() || !Release(actor, it->second)) return 0;
+  return it->second.finished ? 0 : ++it->second.refused;
+}
+
 void OrderPool::Forget(int64_t actor) {
   for (auto& [id, entry] : entries_) Release(actor, entry);
 }

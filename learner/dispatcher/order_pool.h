@@ -39,8 +39,11 @@ class OrderPool {
   // The actor's segment was answered by replay: its lease ends. The order
   // stays (finished) until retired, and is not handed out again.
   void Finish(int64_t actor, int64_t order_id);
-  // The actor gives an order back unrun; false: it does not hold it.
+  // The actor gives an order back; false: it does not hold it.
   bool Return(int64_t actor, int64_t order_id);
+  // The same, because replay refused its segment. Returns how often that
+  // happened to an order that still lacks a good one; 0: not held, or it has.
+  int Refuse(int64_t actor, int64_t order_id);
   // The actor is gone; all its leases end.
   void Forget(int64_t actor);
   // The learner has the segments: the orders leave the pool.
@@ -57,6 +60,7 @@ class OrderPool {
     v1::Order order;
     std::map<int64_t, absl::Time> leases;  // actor -> since
     bool finished = false;
+    int refused = 0;
   };
   bool Release(int64_t actor, Entry& entry);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/logging.h"
 
 namespace sinew::learner {
 namespace {
@@ -14,6 +15,9 @@ namespace {
 constexpr double kMissedHeartbeats = 3;
 // Orders one actor may ask for; a bound against nonsense, far above need.
 constexpr int64_t kMaxWant = 1024;
+// Equal orders give equal segments: after that many refusals of one order, a
+// fault of an actor's machine is no explanation any more.
+constexpr int kMaxRefused = 3;
 
 absl::Status GoingAway() {
   return absl::UnavailableError("the learner is going away");
@@ -69,9 +73,7 @@ void Roster::Handle(Session& session, const v1::ActorMessage& message) {
       Finish(session, message.done());
       return;
     case v1::ActorMessage::kReturn:
-      for (int64_t id : message.return_().order_ids()) {
-        if (pool_.Return(session.id, id)) ++totals_.orders_returned;
-      }
+      TakeBack(session, message.return_());
       return;
     default:
       Close(session, absl::InvalidArgumentError(
@@ -106,6 +108,26 @@ void Roster::Finish(Session& session, const v1::ActorMessage::Done& done) {
   totals_.applied_version =
       std::max(totals_.applied_version, done.applied_version());
   totals_.apply_seconds = Reported(done.apply_seconds());
+}
+
+void Roster::TakeBack(Session& session,
+                      const v1::ActorMessage::Return& returned) {
+  for (int64_t id : returned.order_ids()) {
+    if (!returned.refused()) {
+      if (pool_.Return(session.id, id)) ++totals_.orders_returned;
+      continue;
+    }
+    const int times = pool_.Refuse(session.id, id);
+    if (times == 0) continue;
+    ++totals_.orders_returned;
+    LogWarning(
+        "replay refused the segment of an order",
+        {{"order", id}, {"times", times}, {"reason", returned.reason()}});
+    if (times < kMaxRefused) continue;
+    failure_.Update(absl::FailedPreconditionError(
+        absl::StrCat("order ", id, ": replay refused its segment ", times,
+                     " times, the last time with ", returned.reason())));
+  }
 }
 
 void Roster::Close(Session& session, const absl::Status& status) {

@@ -58,10 +58,12 @@ class Roster {
   void Advance(SessionActions& actions);
 
   Dispatcher::Statistics statistics() const;
+  const absl::Status& failure() const { return failure_; }
 
  private:
   void Admit(Session& session, const v1::ActorMessage& message);
   void Finish(Session& session, const v1::ActorMessage::Done& done);
+  void TakeBack(Session& session, const v1::ActorMessage::Return& returned);
   void DrainOne(Session& session);
   void Forget(Session& session);
   void Match();
@@ -74,6 +76,7 @@ class Roster {
   std::map<int64_t, Session*> sessions_;
   bool draining_ = false;
   Dispatcher::Statistics totals_;
+  absl::Status failure_;
 };
 
 }  // namespace sinew::learner

@@ -87,6 +87,8 @@ absl::Status ServiceExperience::Begin(const std::vector<v1::Order>& orders) {
   } else {
     status = Open(orders, /*reset=*/false);
     if (status.ok()) dispatcher_.Add(orders);
+    // It was started again and holds no run.
+    if (absl::IsNotFound(status)) status = Reopen();
   }
   if (!IsAway(status) && !absl::IsDeadlineExceeded(status)) return status;
   // Take tries again, for as long as it takes.
@@ -99,8 +101,8 @@ absl::StatusOr<std::optional<std::vector<replay::SegmentPtr>>>
 ServiceExperience::TryTake(const std::vector<int64_t>& order_ids, Wait& wait) {
   absl::Status status = must_reopen_ ? Reopen() : absl::OkStatus();
   if (status.ok()) {
-    auto taken = replay_.Take(options_.run_id, order_ids, options_.step,
-                              options_.stop);
+    auto taken =
+        replay_.Take(options_.run_id, order_ids, options_.step, options_.stop);
     if (taken.ok()) return std::make_optional(*std::move(taken));
     status = taken.status();
   }
@@ -124,6 +126,7 @@ ServiceExperience::TryTake(const std::vector<int64_t>& order_ids, Wait& wait) {
 absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
                                               Wait& wait) {
   if (options_.check) SINEW_RETURN_IF_ERROR(options_.check());
+  SINEW_RETURN_IF_ERROR(dispatcher_.failure());
   const Clock::TimePoint now = clock_.SteadyNow();
   const int64_t actors = dispatcher_.statistics().actors;
   const auto status = replay_.GetStatus();
@@ -133,9 +136,9 @@ absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
     wait.give_up = clock_.After(options_.patience);
   }
   if (now >= wait.give_up) {
-    return absl::DeadlineExceededError(absl::StrCat(
-        "no segment in ", absl::FormatDuration(options_.patience), " from ",
-        actors, " actors: ", missing.message()));
+    return absl::DeadlineExceededError(
+        absl::StrCat("no segment in ", absl::FormatDuration(options_.patience),
+                     " from ", actors, " actors: ", missing.message()));
   }
   if (now < wait.next_log) return absl::OkStatus();
   wait.next_log = clock_.After(options_.log_period);

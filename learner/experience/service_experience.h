@@ -37,8 +37,9 @@ namespace sinew::learner {
 // Thread-safety: one caller. Ownership: borrows dispatcher, replay, ring and
 // clock. Blocking: Begin for one call to replay; Take until the segments are
 // there, `stop` is requested (CANCELLED), `check` fails, or nothing has come in
-// for `patience` although actors are there (DEADLINE_EXCEEDED). Errors: those,
-// and what replay refuses for good (INVALID_ARGUMENT, FAILED_PRECONDITION,
+// for `patience` although actors are there (DEADLINE_EXCEEDED), or replay keeps
+// refusing an order's segment (FAILED_PRECONDITION). Errors: those, and what
+// replay refuses for good (INVALID_ARGUMENT, FAILED_PRECONDITION,
 // RESOURCE_EXHAUSTED naming run, order or iteration).
 class ServiceExperience final : public Experience {
  public:

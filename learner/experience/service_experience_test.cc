@@ -36,7 +36,12 @@ class FakeReplay final : public replay::Replay {
   absl::Status Open(const v1::OpenRequest& request) override {
     MutexLock lock(mu_);
     if (away_) return absl::UnavailableError("replay: nobody is there");
-    if (request.reset()) segments_.clear(), expected_.clear();
+    if (request.reset()) {
+      segments_.clear();
+      expected_.clear();
+      has_run_ = true;
+    }
+    if (!has_run_) return absl::NotFoundError("run");
     for (const auto& expected : request.expected()) {
       expected_[expected.order_id()] = expected;
     }
@@ -97,12 +102,16 @@ class FakeReplay final : public replay::Replay {
     away_ = away;
     changed_.NotifyAll();
   }
-  // As after a restart.
   void Forget() {
     MutexLock lock(mu_);
     segments_.clear();
     expected_.clear();
     changed_.NotifyAll();
+  }
+  void Restart() {
+    Forget();
+    MutexLock lock(mu_);
+    has_run_ = false;
   }
   std::vector<v1::OpenRequest> requests() {
     MutexLock lock(mu_);
@@ -113,6 +122,7 @@ class FakeReplay final : public replay::Replay {
   Mutex mu_;
   CondVar changed_;
   bool away_ SINEW_GUARDED_BY(mu_) = false;
+  bool has_run_ SINEW_GUARDED_BY(mu_) = false;
   int64_t accepted_ SINEW_GUARDED_BY(mu_) = 0;
   std::map<int64_t, v1::OpenRequest::Expected> expected_ SINEW_GUARDED_BY(mu_);
   std::map<int64_t, replay::SegmentPtr> segments_ SINEW_GUARDED_BY(mu_);
@@ -302,6 +312,32 @@ TEST_F(ServiceExperienceTest, GivesUpOnActorsThatSendNothing) {
   EXPECT_THAT(experience().Take({1}),
               StatusIs(absl::StatusCode::kDeadlineExceeded,
                        HasSubstr("no segment in 5m from 1 actors: order 1")));
+}
+
+TEST_F(ServiceExperienceTest, FailsSoonWhenReplayKeepsRefusingASegment) {
+  TestActor actor(rig_, "spoilt");
+  actor.Join();
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+  for (int i = 0; i < 3; ++i) {
+    actor.Want(1);
+    ASSERT_EQ(actor.ReadOrder(), 1);
+    actor.Refuse(1, "VERDICT_NON_FINITE: column reward");
+  }
+  actor.Sync();
+
+  EXPECT_THAT(experience().Take({1}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("VERDICT_NON_FINITE: column reward")));
+}
+
+TEST_F(ServiceExperienceTest, BeginsAnewWithAReplayThatWasStartedAgain) {
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+  replay_.Restart();
+
+  ASSERT_THAT(experience().Begin({MakeOrder(2)}), IsOk());
+
+  EXPECT_TRUE(replay_.requests().back().reset());
+  EXPECT_EQ(replay_.requests().back().expected_size(), 2);
 }
 
 TEST_F(ServiceExperienceTest, HandsOrdersOutAgainIfReplayHasForgottenThem) {

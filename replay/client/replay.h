@@ -40,8 +40,8 @@ class Replay {
   // Says what is expected; may be repeated with equal content. An order that
   // was taken may be opened again. INVALID_ARGUMENT: a field out of range, or
   // a layout that is not the one of `layout_sha256`. FAILED_PRECONDITION: the
-  // table holds another run. RESOURCE_EXHAUSTED: one iteration's segments may
-  // not fit into the table, which could wait for ever.
+  // table holds another run; NOT_FOUND: none yet. RESOURCE_EXHAUSTED: one
+  // iteration's segments may not fit into the table, which could wait for ever.
   virtual absl::Status Open(const v1::OpenRequest& request) = 0;
 
   // Puts one serialised segment and waits for the verdict: while the table has
@@ -54,9 +54,9 @@ class Replay {
   // Waits until the segments of all `order_ids` are there and takes them out,
   // in rising order of order_id. DEADLINE_EXCEEDED: some are missing (the
   // message says how many and names the first); CANCELLED: `stop`; nothing is
-  // taken then. NOT_FOUND: an order is not open. If the connection broke just
-  // as the last bytes left the peer, a second Take gives NOT_FOUND: open the
-  // orders again.
+  // taken then. NOT_FOUND: an order, or any run, is not open. If the connection
+  // broke just as the last bytes left the peer, a second Take gives NOT_FOUND:
+  // open the orders again.
   virtual absl::StatusOr<std::vector<SegmentPtr>> Take(
       const std::string& run_id, absl::Span<const int64_t> order_ids,
       absl::Duration timeout, const std::stop_token& stop) = 0;

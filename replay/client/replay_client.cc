@@ -12,6 +12,14 @@
 namespace sinew::replay {
 namespace {
 
+// gRPC says CANCELLED of a call that reaches a server which is shutting down.
+// To whoever did not cancel it, the peer is away.
+absl::Status AwayIfCancelled(const absl::Status& status) {
+  if (!absl::IsCancelled(status)) return status;
+  return absl::UnavailableError(
+      absl::StrCat(status.message(), " (the peer ended the call)"));
+}
+
 // Puts the segments of one Take together.
 class Collector {
  public:
@@ -35,9 +43,8 @@ class Collector {
 
   absl::StatusOr<std::vector<SegmentPtr>> Finish(size_t expected) {
     if (payload_.begun() || segments_.size() != expected) {
-      return absl::DataLossError(absl::StrCat("expected ", expected,
-                                              " segments, found ",
-                                              segments_.size()));
+      return absl::DataLossError(absl::StrCat(
+          "expected ", expected, " segments, found ", segments_.size()));
     }
     return std::move(segments_);
   }
@@ -60,8 +67,8 @@ absl::Status ReplayClient::Open(const v1::OpenRequest& request) {
   rpc::SetTimeout(context, options_.timeout);
   context.set_wait_for_ready(true);
   v1::OpenResponse response;
-  return rpc::FromGrpc(stub_->Open(&context, request, &response),
-                       options_.peer);
+  return AwayIfCancelled(
+      rpc::FromGrpc(stub_->Open(&context, request, &response), options_.peer));
 }
 
 absl::StatusOr<v1::PutSegmentResponse> ReplayClient::Put(
@@ -71,7 +78,9 @@ absl::StatusOr<v1::PutSegmentResponse> ReplayClient::Put(
   // A broken stream shows when it is read.
   stream.Write(run_id, order_id, bytes);
   stream.CloseWrites();
-  return stream.Read();
+  auto verdict = stream.Read();
+  if (!verdict.ok()) return AwayIfCancelled(verdict.status());
+  return verdict;
 }
 
 absl::StatusOr<std::vector<SegmentPtr>> ReplayClient::Take(
@@ -92,7 +101,8 @@ absl::StatusOr<std::vector<SegmentPtr>> ReplayClient::Take(
   if (!status.ok()) context.TryCancel();
   const absl::Status finished = rpc::FromGrpc(reader->Finish(), options_.peer);
   SINEW_RETURN_IF_ERROR(rpc::Annotate(status, options_.peer));
-  SINEW_RETURN_IF_ERROR(finished);
+  SINEW_RETURN_IF_ERROR(stop.stop_requested() ? finished
+                                              : AwayIfCancelled(finished));
   return collector.Finish(order_ids.size());
 }
 
@@ -101,9 +111,9 @@ absl::StatusOr<v1::GetReplayStatusResponse> ReplayClient::GetStatus() {
   rpc::SetTimeout(context, options_.timeout);
   context.set_wait_for_ready(true);
   v1::GetReplayStatusResponse response;
-  SINEW_RETURN_IF_ERROR(rpc::FromGrpc(
+  SINEW_RETURN_IF_ERROR(AwayIfCancelled(rpc::FromGrpc(
       stub_->GetStatus(&context, v1::GetReplayStatusRequest(), &response),
-      options_.peer));
+      options_.peer)));
   return response;
 }
 

@@ -123,6 +123,8 @@ grpc::Status ReplayService::Take(grpc::ServerContext* context,
                                  grpc::ServerWriter<v1::TakeResponse>* writer) {
   const absl::Time deadline = std::min(absl::FromChrono(context->deadline()),
                                        absl::Now() + kLongestTake);
+  // The caller hears that it waits.
+  writer->SendInitialMetadata();
   const auto segments =
       table_.Collect(request->run_id(), request->order_ids(), deadline,
                      [context] { return context->IsCancelled(); });

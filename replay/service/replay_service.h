@@ -11,7 +11,8 @@ namespace sinew::replay {
 // the actor's write blocks; what was refused by its key is read and dropped
 // chunk by chunk.
 //
-//   Put: read first chunk -> Admit -> read the rest -> Put -> write verdict
+//   Put:  read first chunk -> Admit -> read the rest -> Put -> write verdict
+//   Take: write headers -> Collect (waits) -> write segments -> Remove
 //
 // Thread-safety: gRPC calls it from many threads, one per stream. Ownership:
 // borrows the table; close the table before the server shuts down. Blocking:

@@ -45,9 +45,8 @@ void FakeDispatcher::WaitForGiven(int count) {
 }
 
 void FakeDispatcher::WaitForDone(size_t count) {
-  WaitUntil([&]() SINEW_NO_THREAD_SAFETY_ANALYSIS {
-    return done_.size() >= count;
-  });
+  WaitUntil(
+      [&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return done_.size() >= count; });
 }
 
 void FakeDispatcher::WaitForReturned(size_t count) {
@@ -57,14 +56,12 @@ void FakeDispatcher::WaitForReturned(size_t count) {
 }
 
 void FakeDispatcher::WaitForHeartbeats(int count) {
-  WaitUntil([&]() SINEW_NO_THREAD_SAFETY_ANALYSIS {
-    return heartbeats_ >= count;
-  });
+  WaitUntil(
+      [&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return heartbeats_ >= count; });
 }
 
 void FakeDispatcher::WaitForWanted(int count) {
-  WaitUntil(
-      [&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return wanted_ == count; });
+  WaitUntil([&]() SINEW_NO_THREAD_SAFETY_ANALYSIS { return wanted_ == count; });
 }
 
 std::set<int64_t> FakeDispatcher::done() const {
@@ -87,6 +84,11 @@ std::set<int64_t> FakeDispatcher::returned() const {
 std::vector<std::string> FakeDispatcher::reasons() const {
   MutexLock lock(mu_);
   return reasons_;
+}
+
+int FakeDispatcher::refused() const {
+  MutexLock lock(mu_);
+  return refused_;
 }
 
 std::vector<v1::ActorMessage::Register> FakeDispatcher::registered() const {
@@ -119,7 +121,14 @@ void FakeDispatcher::Hear(Actor& actor, const v1::ActorMessage& message) {
     reasons_.push_back(message.return_().reason());
     for (int64_t id : message.return_().order_ids()) {
       returned_.insert(id);
-      TakeBack(actor, id);
+      if (message.return_().refused()) {
+        ++refused_;
+        std::erase_if(actor.held, [id](const v1::Order& order) {
+          return order.order_id() == id;
+        });
+      } else {
+        TakeBack(actor, id);
+      }
     }
   }
   changed_.NotifyAll();

@@ -41,12 +41,13 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
   void WaitForWanted(int count) SINEW_EXCLUDES(mu_);
 
   std::set<int64_t> done() const SINEW_EXCLUDES(mu_);
-  std::vector<v1::ActorMessage::Done> done_messages() const
-      SINEW_EXCLUDES(mu_);
+  std::vector<v1::ActorMessage::Done> done_messages() const SINEW_EXCLUDES(mu_);
   // An order that is given back goes to whoever wants one, perhaps to the same
   // actor, which gives it back again.
   std::set<int64_t> returned() const SINEW_EXCLUDES(mu_);
   std::vector<std::string> reasons() const SINEW_EXCLUDES(mu_);
+  // Orders given back because replay refused them; they are not given again.
+  int refused() const SINEW_EXCLUDES(mu_);
   std::vector<v1::ActorMessage::Register> registered() const
       SINEW_EXCLUDES(mu_);
 
@@ -64,13 +65,13 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
 
   void WaitUntil(const std::function<bool()>& condition)
       SINEW_NO_THREAD_SAFETY_ANALYSIS;
-  void Hear(Actor& actor, const v1::ActorMessage& message)
-      SINEW_EXCLUDES(mu_);
+  void Hear(Actor& actor, const v1::ActorMessage& message) SINEW_EXCLUDES(mu_);
   void TakeBack(Actor& actor, int64_t order_id) SINEW_REQUIRES(mu_);
   // The writer of one stream.
-  void Speak(Actor& actor,
-             grpc::ServerReaderWriter<v1::DispatcherMessage, v1::ActorMessage>&
-                 stream) SINEW_EXCLUDES(mu_);
+  void Speak(
+      Actor& actor,
+      grpc::ServerReaderWriter<v1::DispatcherMessage, v1::ActorMessage>& stream)
+      SINEW_EXCLUDES(mu_);
 
   const v1::DispatcherMessage::Welcome welcome_;
   mutable Mutex mu_;
@@ -84,6 +85,7 @@ class FakeDispatcher final : public v1::Dispatcher::Service {
   std::vector<v1::ActorMessage::Done> done_ SINEW_GUARDED_BY(mu_);
   std::set<int64_t> returned_ SINEW_GUARDED_BY(mu_);
   std::vector<std::string> reasons_ SINEW_GUARDED_BY(mu_);
+  int refused_ SINEW_GUARDED_BY(mu_) = 0;
   std::vector<v1::ActorMessage::Register> registered_ SINEW_GUARDED_BY(mu_);
 };
 

@@ -1,6 +1,7 @@
 #include "actor/service/testing/fake_engine.h"
 
 #include <chrono>
+#include <limits>
 #include <stop_token>
 #include <utility>
 
@@ -63,14 +64,19 @@ void FakeEngine::Fail(int64_t order_id, absl::Status status) {
   failures_[order_id] = std::move(status);
 }
 
+void FakeEngine::Spoil(int64_t order_id) {
+  MutexLock lock(mu_);
+  spoilt_.insert(order_id);
+}
+
 absl::StatusOr<v1::Segment> FakeEngine::Run(const v1::Order& order,
                                             const std::atomic<bool>& cancel) {
   MutexLock lock(mu_);
   ++held_;
   changed_.NotifyAll();
   while (hold_ && !cancel) {
-    changed_.WaitUntil(mu_, std::chrono::steady_clock::now() +
-                                std::chrono::milliseconds(1));
+    changed_.WaitUntil(
+        mu_, std::chrono::steady_clock::now() + std::chrono::milliseconds(1));
   }
   --held_;
   if (cancel) return absl::CancelledError("rollout");
@@ -79,6 +85,10 @@ absl::StatusOr<v1::Segment> FakeEngine::Run(const v1::Order& order,
   v1::Segment segment =
       replay::MakeSegment(order.order_id(), order.iteration());
   segment.set_physics_steps(1);
+  if (spoilt_.contains(order.order_id())) {
+    segment.mutable_end_states(0)->set_physics(
+        0, std::numeric_limits<double>::quiet_NaN());
+  }
   return segment;
 }
 

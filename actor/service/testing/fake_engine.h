@@ -4,6 +4,7 @@
 #include <atomic>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "actor/service/engine.h"
@@ -35,6 +36,9 @@ class FakeEngine : public Engine {
   // Rollouts of this order fail with this status.
   void Fail(int64_t order_id, absl::Status status) SINEW_EXCLUDES(mu_);
 
+  // Segments of this order hold a number that is not finite.
+  void Spoil(int64_t order_id) SINEW_EXCLUDES(mu_);
+
   int snapshots_loaded() const { return snapshots_loaded_; }
 
  private:
@@ -50,6 +54,7 @@ class FakeEngine : public Engine {
   bool hold_ SINEW_GUARDED_BY(mu_) = false;
   int held_ SINEW_GUARDED_BY(mu_) = 0;
   std::map<int64_t, absl::Status> failures_ SINEW_GUARDED_BY(mu_);
+  std::set<int64_t> spoilt_ SINEW_GUARDED_BY(mu_);
 };
 
 }  // namespace sinew::actor

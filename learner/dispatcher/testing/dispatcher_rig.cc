@@ -110,6 +110,14 @@ void TestActor::Return(std::vector<int64_t> order_ids) {
   Send(message);
 }
 
+void TestActor::Refuse(int64_t order_id, const std::string& reason) {
+  v1::ActorMessage message;
+  message.mutable_return_()->add_order_ids(order_id);
+  message.mutable_return_()->set_reason(reason);
+  message.mutable_return_()->set_refused(true);
+  Send(message);
+}
+
 void TestActor::Heartbeat() {
   v1::ActorMessage message;
   message.mutable_heartbeat();

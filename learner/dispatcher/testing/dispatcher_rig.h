@@ -63,6 +63,8 @@ class TestActor {
   void Want(int count);
   void Done(int64_t order_id);
   void Return(std::vector<int64_t> order_ids);
+  // Replay refused its segment for `reason`.
+  void Refuse(int64_t order_id, const std::string& reason);
   void Heartbeat();
   void Send(const v1::ActorMessage& message);
   // Returns once the dispatcher has handled all that was sent before.
