@@ -13,8 +13,9 @@ namespace sinew::tools {
 absl::StatusOr<std::string> OwnBinary();
 
 // A file that the build put beside the binary: "REPOSITORY/PATH" with "sinew"
-// for this project's own, in the runfiles of the binary or of the test that
-// runs it or, own files only, below the working directory. NOT_FOUND lists where was looked.
+// for this project's own; in the runfiles of the binary or of the test that
+// runs it or, own files only, below the working directory. NOT_FOUND lists
+// where was looked.
 absl::StatusOr<std::string> FindResource(const std::string& path);
 
 // A recipe by name (deploy/recipes/NAME.textproto, in the binary's runfiles or
