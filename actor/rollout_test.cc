@@ -17,6 +17,7 @@
 #include "actor/testing/rollout_rig.h"
 #include "common/digest.h"
 #include "common/segment/segment_layout.h"
+#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "sim/world/actuation.h"
 
@@ -274,10 +275,10 @@ TEST(TrainRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   const auto count = [&](int horizon) {
     order.set_horizon(horizon);
     rig.Run(order);
-    const int64_t before = testing::Allocations();
+    const int64_t before = sinew::testing::AllocationCount();
     const v1::Segment segment = rig.Run(order);
     EXPECT_EQ(segment.episodes_size(), 0);
-    return testing::Allocations() - before;
+    return sinew::testing::AllocationCount() - before;
   };
 
   EXPECT_EQ(count(4), count(12));

@@ -1,8 +1,5 @@
 #include "actor/testing/rollout_rig.h"
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <utility>
 
 #include "actor/zero_action.h"
@@ -13,20 +10,6 @@
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
 #include "sim/world/testing/toy_world.h"
-
-namespace {
-
-std::atomic<int64_t> allocations{0};
-
-}  // namespace
-
-void* operator new(size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  std::abort();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace sinew::actor::testing {
 namespace {
@@ -50,8 +33,6 @@ std::map<std::string, std::string> AssetBytes(
 }
 
 }  // namespace
-
-int64_t Allocations() { return allocations; }
 
 RolloutRig::RolloutRig() {
   const v1::Recipe recipe = world::testing::ToyRecipe();

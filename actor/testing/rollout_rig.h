@@ -63,9 +63,6 @@ std::vector<T> Column(const v1::Segment& segment, absl::string_view name) {
   return values;
 }
 
-// Calls of operator new in this program so far.
-int64_t Allocations();
-
 }  // namespace sinew::actor::testing
 
 #endif  // SINEW_ACTOR_TESTING_ROLLOUT_RIG_H_

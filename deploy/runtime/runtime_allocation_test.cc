@@ -1,12 +1,10 @@
 // Counts what a tick takes from the heap: a program of its own, since it
 // replaces operator new.
-#include <atomic>
-#include <cstdlib>
 #include <memory>
-#include <new>
 #include <string>
 
 #include "common/files.h"
+#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -16,39 +14,17 @@
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
 
-namespace {
-
-std::atomic<int64_t> allocations = 0;
-
-void* Allocate(std::size_t size) {
-  ++allocations;
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) std::abort();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return Allocate(size); }
-void* operator new[](std::size_t size) { return Allocate(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 namespace sinew::runtime {
 namespace {
 
 using ::sinew::testing::IsOk;
 
 TEST(RuntimeAllocation, CountsAllocations) {
-  const int64_t before = allocations;
+  const int64_t before = sinew::testing::AllocationCount();
 
   auto memory = std::make_unique<std::string>(100, 'x');
 
-  EXPECT_GE(allocations - before, 2);
+  EXPECT_GE(sinew::testing::AllocationCount() - before, 2);
 }
 
 TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
@@ -72,7 +48,7 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
   imu.root_linear_velocity = nullptr;
   PoseBuffer frame(4);
   const double contact[2] = {1, 0};
-  const int64_t before = allocations;
+  const int64_t before = sinew::testing::AllocationCount();
 
   bool ok = policy->Reset(body.pose(), nullptr).ok();
   for (int step = 0; step < 60; ++step) {
@@ -84,7 +60,7 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
     given.contact = contact;
     ok = ok && policy->StepTo(body.pose(), {&given, 1}, body.target()).ok();
   }
-  const int64_t after = allocations;
+  const int64_t after = sinew::testing::AllocationCount();
 
   EXPECT_TRUE(ok);
   EXPECT_EQ(after - before, 0);

@@ -3,31 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 #include <vector>
 
 #include "common/random/philox.h"
+#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "sim/world/testing/toy_world.h"
-
-namespace {
-
-// Every operator new of this program counts.
-std::atomic<int64_t> allocations{0};
-
-}  // namespace
-
-void* operator new(size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  std::abort();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace sinew::world {
 namespace {
@@ -321,7 +304,7 @@ TEST(TrackingTask, StepsDoNotAllocate) {
   recipe.mutable_task()->mutable_start()->set_joint_position_noise(0.1);
   Rig rig(recipe);
   const RandomKey key;
-  const int64_t before = allocations;
+  const int64_t before = sinew::testing::AllocationCount();
 
   for (int i = 0; i < 5; ++i) {
     rig.episode = {.clip = i % 3};
@@ -333,7 +316,7 @@ TEST(TrackingTask, StepsDoNotAllocate) {
     }
   }
 
-  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(sinew::testing::AllocationCount() - before, 0);
 }
 
 TEST(TrackingTask, ADivergedStepIsAFailureWithoutNumbers) {
