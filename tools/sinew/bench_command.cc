@@ -32,6 +32,8 @@ using Json = nlohmann::ordered_json;
 // Environments whose memory is measured, and the minibatch of learner figures.
 constexpr int kEnvironments = 256;
 constexpr int kMinibatch = 4096;
+constexpr int kLearnerEnvironments = 128;
+constexpr int kLearnerOrders = 16;
 
 struct BenchOptions {
   std::string out;
@@ -136,11 +138,16 @@ Json LearnerJson(const bench::LearnerFigures& figures) {
           {"cpu_flops_per_s", figures.cpu_flops_per_s}};
 }
 
-// Updates at minibatch 4096: float32 on one rank and on two, bfloat16.
+// Updates at minibatch 4096: float32 on one rank and on two, bfloat16. The
+// recipe's networks, on a batch of two such minibatches whatever its own batch.
 absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
                                     const actor::RolloutAssets& assets) {
   v1::Recipe recipe = assets.recipe();
   recipe.mutable_ppo()->set_minibatch(kMinibatch);
+  recipe.mutable_rollouts()->set_environments(kLearnerEnvironments);
+  recipe.mutable_rollouts()->set_environments_per_order(kLearnerEnvironments /
+                                                        kLearnerOrders);
+  recipe.mutable_rollouts()->set_horizon(2 * kMinibatch / kLearnerEnvironments);
   SINEW_ASSIGN_OR_RETURN(
       const bench::LearnerRatios ratios,
       bench::MeasureLearner(recipe, assets.task().observation_width(),
