@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/policy/ports.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/validate.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
@@ -17,62 +19,52 @@ absl::Status Error(absl::string_view what) {
       absl::StrCat("snapshot graph \"policy\": ", what));
 }
 
-absl::StatusOr<const v1::Graph*> FindGraph(const v1::PolicyGraph& graphs) {
-  for (const v1::Graph& graph : graphs.graphs()) {
-    if (graph.name() == kGraph) return &graph;
-  }
-  return Error("expected to be there, found no such graph");
+absl::Status CheckWidth(absl::string_view what, absl::string_view name,
+                        int64_t expected, int64_t found) {
+  if (found == expected) return absl::OkStatus();
+  return Error(absl::StrCat("expected ", what, " ", name, " of width ",
+                            expected, ", found ", found));
 }
 
-absl::Status FindInputs(const v1::Graph& graph, int64_t observation_width,
-                        PolicyPorts& ports) {
-  for (const v1::GraphInput& input : graph.inputs()) {
-    if (input.kind() == v1::GraphInput::KIND_NORMAL) {
-      ports.noise.push_back(input.name());
-    } else if (input.kind() != v1::GraphInput::KIND_DATA) {
-      return Error(absl::StrCat("expected data and normal inputs, found input ",
-                                input.name(), " of kind ",
-                                v1::GraphInput::Kind_Name(input.kind())));
-    } else if (!ports.observation.empty()) {
-      return Error(absl::StrCat("expected one data input, found ",
-                                ports.observation, " and ", input.name()));
-    } else if (input.width() != observation_width) {
-      return Error(absl::StrCat("expected input ", input.name(), " of width ",
-                                observation_width, ", found ", input.width()));
-    } else {
-      ports.observation = input.name();
+// What a rollout needs beyond policy::Ports: the Gaussian behind the executed
+// tap.
+absl::Status FindGaussian(const v1::Graph& graph, PolicyPorts& ports) {
+  for (const v1::Tap& tap : graph.taps()) {
+    if (tap.name() != ports.action) continue;
+    if (!tap.has_gaussian() || tap.decision_period() > 1) {
+      return Error(absl::StrCat("expected tap ", tap.name(),
+                                " to be Gaussian and decided every step"));
+    }
+    ports.std_parameter = tap.gaussian().std_parameter();
+    for (const v1::Tap& other : graph.taps()) {
+      if (other.value() == tap.gaussian().mean()) ports.mean = other.name();
+    }
+    if (ports.mean.empty()) {
+      return Error(absl::StrCat("expected a tap of node ",
+                                tap.gaussian().mean(), ", the mean of ",
+                                tap.name()));
     }
   }
-  if (ports.observation.empty()) return Error("expected a data input");
   return absl::OkStatus();
 }
 
-absl::Status FindTaps(const v1::Graph& graph, PolicyPorts& ports) {
-  const v1::Tap* executed = nullptr;
-  for (const v1::Tap& tap : graph.taps()) {
-    if (!tap.executed()) continue;
-    if (executed != nullptr) {
-      return Error(absl::StrCat("expected one executed tap, found ",
-                                executed->name(), " and ", tap.name()));
-    }
-    executed = &tap;
-  }
-  if (executed == nullptr) return Error("expected an executed tap");
-  if (!executed->has_gaussian() || executed->decision_period() > 1) {
-    return Error(absl::StrCat("expected tap ", executed->name(),
-                              " to be Gaussian and decided every step"));
-  }
-  ports.action = executed->name();
-  ports.std_parameter = executed->gaussian().std_parameter();
-  for (const v1::Tap& tap : graph.taps()) {
-    if (tap.value() == executed->gaussian().mean()) ports.mean = tap.name();
-  }
-  if (ports.mean.empty()) {
-    return Error(absl::StrCat("expected a tap of node ",
-                              executed->gaussian().mean(), ", the mean of ",
-                              executed->name()));
-  }
-  return absl::OkStatus();
+absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
+                                            const world::TrackingTask& task) {
+  SINEW_ASSIGN_OR_RETURN(policy::Ports found,
+                         policy::FindPorts(graphs, kGraph));
+  SINEW_RETURN_IF_ERROR(CheckWidth("input", found.observation,
+                                   task.observation_width(),
+                                   found.observation_width));
+  SINEW_RETURN_IF_ERROR(CheckWidth("tap", found.action, task.action_width(),
+                                   found.action_width));
+  PolicyPorts ports;
+  ports.observation = std::move(found.observation);
+  ports.noise = std::move(found.noise);
+  ports.action = std::move(found.action);
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph,
+                         policy::FindGraph(graphs, kGraph));
+  SINEW_RETURN_IF_ERROR(FindGaussian(*graph, ports));
+  return ports;
 }
 
 absl::StatusOr<std::vector<double>> ReadStd(const TensorMap& weights,
@@ -95,21 +87,6 @@ absl::StatusOr<std::vector<double>> ReadStd(const TensorMap& weights,
   return std;
 }
 
-absl::Status CheckActionWidth(const v1::PolicyGraph& graphs,
-                              const v1::Graph& graph, const PolicyPorts& ports,
-                              int action_width) {
-  SINEW_ASSIGN_OR_RETURN((std::map<std::string, int64_t> widths),
-                         policy::InferWidths(graphs, kGraph));
-  for (const v1::Tap& tap : graph.taps()) {
-    if (tap.name() == ports.action && widths[tap.value()] != action_width) {
-      return Error(absl::StrCat("expected tap ", tap.name(), " of width ",
-                                action_width, " (joints), found ",
-                                widths[tap.value()]));
-    }
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const PreparedSnapshot>>
@@ -125,27 +102,18 @@ PreparedSnapshot::Create(const v1::Snapshot& snapshot,
       TensorMap weights,
       ParseSafetensors(snapshot.weights(), "snapshot weights"));
   SINEW_RETURN_IF_ERROR(CheckFinite(weights, "snapshot weights"));
-  SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph, FindGraph(snapshot.graph()));
   std::shared_ptr<PreparedSnapshot> prepared(
       new PreparedSnapshot(std::move(starts)));
   prepared->version_ = snapshot.version();
   prepared->sha256_ = sha256;
-  PolicyPorts& ports = prepared->ports_;
-  SINEW_RETURN_IF_ERROR(FindInputs(*graph, task.observation_width(), ports));
-  SINEW_RETURN_IF_ERROR(FindTaps(*graph, ports));
+  SINEW_ASSIGN_OR_RETURN(prepared->ports_,
+                         FindPolicyPorts(snapshot.graph(), task));
   SINEW_ASSIGN_OR_RETURN(
       prepared->pack_, policy::PackWeights(snapshot.graph(), kGraph, weights));
-  SINEW_RETURN_IF_ERROR(
-      CheckActionWidth(snapshot.graph(), *graph, ports, task.action_width()));
-  SINEW_ASSIGN_OR_RETURN(prepared->std_, ReadStd(weights, ports.std_parameter,
-                                                 task.action_width()));
+  SINEW_ASSIGN_OR_RETURN(
+      prepared->std_,
+      ReadStd(weights, prepared->ports_.std_parameter, task.action_width()));
   return prepared;
-}
-
-absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> PrepareSnapshot(
-    const v1::Snapshot& snapshot, const std::string& sha256,
-    const RolloutAssets& assets) {
-  return PreparedSnapshot::Create(snapshot, sha256, assets);
 }
 
 }  // namespace sinew::actor

@@ -61,11 +61,6 @@ class PreparedSnapshot {
   std::vector<double> std_;
 };
 
-// The same, as rollout orders speak of it.
-absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> PrepareSnapshot(
-    const v1::Snapshot& snapshot, const std::string& sha256,
-    const RolloutAssets& assets);
-
 }  // namespace sinew::actor
 
 #endif  // SINEW_ACTOR_PREPARED_SNAPSHOT_H_

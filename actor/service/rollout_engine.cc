@@ -72,7 +72,7 @@ absl::StatusOr<Engine::SnapshotPtr> RolloutEngine::LoadSnapshot(
   auto snapshot = std::make_shared<RealSnapshot>();
   SINEW_ASSIGN_OR_RETURN(
       snapshot->snapshot,
-      PrepareSnapshot(message, sha256,
+      PreparedSnapshot::Create(message, sha256,
                       *static_cast<const RealAssets&>(assets).assets));
   return snapshot;
 }

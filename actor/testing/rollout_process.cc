@@ -53,7 +53,7 @@ absl::StatusOr<Inputs> ReadInputs(const std::string& folder) {
                                            bytes[3], bytes[4]));
   SINEW_ASSIGN_OR_RETURN(
       inputs.snapshot,
-      PrepareSnapshot(snapshot, Sha256Hex(bytes[6]), *inputs.assets));
+      PreparedSnapshot::Create(snapshot, Sha256Hex(bytes[6]), *inputs.assets));
   return inputs;
 }
 

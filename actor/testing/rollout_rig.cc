@@ -56,7 +56,7 @@ RolloutRig::RolloutRig() {
 }
 
 void RolloutRig::Prepare() {
-  snapshot = ValueOrDie(PrepareSnapshot(
+  snapshot = ValueOrDie(PreparedSnapshot::Create(
       message, Sha256Hex(SerializeDeterministically(message)), *assets));
 }
 

@@ -189,7 +189,7 @@ absl::StatusOr<ActorFigures> MeasureActor(
   }
   SINEW_ASSIGN_OR_RETURN(
       const auto prepared,
-      actor::PrepareSnapshot(
+      actor::PreparedSnapshot::Create(
           snapshot, Sha256Hex(SerializeDeterministically(snapshot)), *assets));
   std::vector<Rounds> rounds(options.threads);
   std::vector<absl::Status> statuses(options.threads);

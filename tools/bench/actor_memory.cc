@@ -56,7 +56,7 @@ absl::StatusOr<MemoryFigures> MeasureMemory(
   SINEW_ASSIGN_OR_RETURN(const double before, ResidentBytes());
   SINEW_ASSIGN_OR_RETURN(
       const auto prepared,
-      actor::PrepareSnapshot(
+      actor::PreparedSnapshot::Create(
           snapshot, Sha256Hex(SerializeDeterministically(snapshot)), *assets));
   SINEW_ASSIGN_OR_RETURN(const auto worker,
                          actor::RolloutWorker::Create(assets, environments));

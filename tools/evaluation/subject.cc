@@ -17,7 +17,7 @@ constexpr int kListedClips = 12;
 
 absl::StatusOr<std::shared_ptr<const actor::PreparedSnapshot>> Prepare(
     const v1::Snapshot& snapshot, const actor::RolloutAssets& assets) {
-  return actor::PrepareSnapshot(
+  return actor::PreparedSnapshot::Create(
       snapshot, Sha256Hex(SerializeDeterministically(snapshot)), assets);
 }
 
