@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "common/policy/safetensors.h"
-#include "sim/import/dynamics.h"
-#include "sim/import/model_motion.h"
-#include "sim/import/quality.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/model_motion.h"
+#include "sim/import/retarget/quality.h"
 
 namespace sinew::import {
 

@@ -9,8 +9,8 @@
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "sim/character/character.h"
-#include "sim/import/import_model.h"
-#include "sim/import/source_clip.h"
+#include "sim/import/formats/source_clip.h"
+#include "sim/import/retarget/import_model.h"
 
 namespace sinew::import {
 

@@ -10,7 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
-#include "sim/import/deepmimic.h"
+#include "sim/import/formats/deepmimic.h"
 
 namespace sinew::import::testing {
 namespace {

@@ -1,0 +1,190 @@
+#include "sim/import/formats/deepmimic.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
+#include "common/status_macros.h"
+#include "sim/import/formats/deepmimic_json.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// From y up, z right to z up, y left: a quarter turn about x, so it maps
+// vectors and the vector parts of quaternions alike.
+Vector3d ToZUp(const Vector3d& v) { return {v.x(), -v.z(), v.y()}; }
+
+// Degrees of freedom that a frame has for a joint.
+enum class Kind { kBall, kHinge, kFixed };
+
+struct Column {
+  const char* name;
+  int parent;
+  Kind kind;
+  double offset[3];  // y up, as published
+};
+
+// Hinges turn about the source's z axis.
+constexpr Column kJoints[] = {
+    {"root", -1, Kind::kBall, {0, 0, 0}},
+    {"chest", 0, Kind::kBall, {0, 0.236151, 0}},
+    {"neck", 1, Kind::kBall, {0, 0.223894, 0}},
+    {"right_hip", 0, Kind::kBall, {0, 0, 0.084887}},
+    {"right_knee", 3, Kind::kHinge, {0, -0.421546, 0}},
+    {"right_ankle", 4, Kind::kBall, {0, -0.409870, 0}},
+    {"right_shoulder", 1, Kind::kBall, {-0.02405, 0.24350, 0.18311}},
+    {"right_elbow", 6, Kind::kHinge, {0, -0.274788, 0}},
+    {"right_wrist", 7, Kind::kFixed, {0, -0.258947, 0}},
+    {"left_hip", 0, Kind::kBall, {0, 0, -0.084887}},
+    {"left_knee", 9, Kind::kHinge, {0, -0.421546, 0}},
+    {"left_ankle", 10, Kind::kBall, {0, -0.409870, 0}},
+    {"left_shoulder", 1, Kind::kBall, {-0.02405, 0.24350, -0.18311}},
+    {"left_elbow", 12, Kind::kHinge, {0, -0.274788, 0}},
+    {"left_wrist", 13, Kind::kFixed, {0, -0.258947, 0}},
+};
+
+SourceSkeleton MakeSkeleton() {
+  SourceSkeleton skeleton;
+  for (const Column& column : kJoints) {
+    const Vector3d offset(column.offset[0], column.offset[1],
+                          column.offset[2]);
+    skeleton.joints.push_back({column.name, column.parent, ToZUp(offset)});
+  }
+  return skeleton;
+}
+
+absl::Status FrameError(absl::string_view source, size_t frame,
+                        const std::string& what) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(source, ": frame ", frame, ": ", what));
+}
+
+// The quaternion at columns `first` .. first + 3, normalised.
+absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
+                                           int first, const char* joint,
+                                           size_t frame,
+                                           absl::string_view source,
+                                           double* drift) {
+  const Vector3d vector =
+      ToZUp(Vector3d(row[first + 1], row[first + 2], row[first + 3]));
+  const double norm = std::hypot(row[first], vector.norm());
+  if (!(std::abs(norm - 1) <= kDeepMimicNormTolerance)) {
+    return FrameError(
+        source, frame,
+        absl::StrFormat("rotation of %s (columns %d to %d): expected a unit "
+                        "quaternion (norm 1 +- %g), found norm %g",
+                        joint, first, first + 3, kDeepMimicNormTolerance,
+                        norm));
+  }
+  *drift = std::max(*drift, std::abs(norm - 1));
+  return Quaterniond(row[first] / norm, vector.x() / norm, vector.y() / norm,
+                     vector.z() / norm);
+}
+
+absl::Status CheckRow(const std::vector<double>& row, size_t frame,
+                      bool is_last, absl::string_view source) {
+  if (row.size() != kDeepMimicColumns) {
+    return FrameError(source, frame,
+                      absl::StrCat("expected ", kDeepMimicColumns,
+                                   " columns, found ", row.size()));
+  }
+  for (size_t column = 0; column < row.size(); ++column) {
+    if (!std::isfinite(row[column])) {
+      return FrameError(source, frame,
+                        absl::StrCat("column ", column,
+                                     ": expected a finite number, found ",
+                                     row[column]));
+    }
+  }
+  if (row[0] < 0 || (row[0] == 0 && !is_last)) {
+    return FrameError(
+        source, frame,
+        absl::StrCat("duration (column 0): expected > 0 seconds, found ",
+                     row[0]));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SourcePose> ReadPose(const std::vector<double>& row,
+                                    size_t frame, absl::string_view source,
+                                    double* drift) {
+  SourcePose pose;
+  pose.root_position = ToZUp(Vector3d(row[1], row[2], row[3]));
+  int column = 4;
+  for (const Column& joint : kJoints) {
+    switch (joint.kind) {
+      case Kind::kBall: {
+        SINEW_ASSIGN_OR_RETURN(
+            Quaterniond rotation,
+            ReadQuaternion(row, column, joint.name, frame, source, drift));
+        pose.rotation.push_back(rotation);
+        column += 4;
+        break;
+      }
+      case Kind::kHinge:
+        pose.rotation.emplace_back(
+            Eigen::AngleAxisd(row[column], ToZUp(Vector3d::UnitZ())));
+        column += 1;
+        break;
+      case Kind::kFixed:
+        pose.rotation.push_back(Quaterniond::Identity());
+        break;
+    }
+  }
+  return pose;
+}
+
+}  // namespace
+
+const SourceSkeleton& DeepMimicSkeleton() {
+  static const SourceSkeleton& skeleton =
+      *new SourceSkeleton(MakeSkeleton());
+  return skeleton;
+}
+
+absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
+                                          absl::string_view name,
+                                          absl::string_view source) {
+  if (static_cast<int64_t>(json.size()) > kDeepMimicMaxBytes) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(source, ": expected at most ", kDeepMimicMaxBytes,
+                     " bytes, found ", json.size()));
+  }
+  SINEW_ASSIGN_OR_RETURN(DeepMimicFile file, ReadDeepMimicJson(json, source));
+  if (file.frames.size() < 2) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": \"Frames\": expected at least 2 frames, found ",
+                     file.frames.size()));
+  }
+  SourceClip clip;
+  clip.name = std::string(name);
+  clip.skeleton = DeepMimicSkeleton();
+  clip.loops = file.loops;
+  double time = 0;
+  for (size_t i = 0; i < file.frames.size(); ++i) {
+    const std::vector<double>& row = file.frames[i];
+    const bool is_last = i + 1 == file.frames.size();
+    SINEW_RETURN_IF_ERROR(CheckRow(row, i, is_last, source));
+    SINEW_ASSIGN_OR_RETURN(
+        SourcePose pose, ReadPose(row, i, source, &clip.quaternion_drift));
+    pose.time = time;
+    clip.poses.push_back(std::move(pose));
+    time += row[0];
+  }
+  if (clip.duration() > kDeepMimicMaxSeconds) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": expected at most ", kDeepMimicMaxSeconds,
+                     " seconds, found ", clip.duration()));
+  }
+  return clip;
+}
+
+}  // namespace sinew::import

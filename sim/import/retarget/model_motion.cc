@@ -1,0 +1,168 @@
+#include "sim/import/retarget/model_motion.h"
+
+#include <algorithm>
+
+#include "common/check.h"
+#include "sim/import/retarget/joint_fit.h"
+#include "sim/motion/rotation.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Moves a pose by the cycle once, forwards or back. `origin` is the root of the
+// motion's first frame.
+void MoveByCycle(const Cycle& cycle, const Vector3d& origin, bool forward,
+                 VectorXd* qpos) {
+  const Quaterniond turn =
+      motion::YawRotation(forward ? cycle.yaw : -cycle.yaw);
+  const Vector3d pivot(origin.x(), origin.y(), 0);
+  const Vector3d shift(cycle.x, cycle.y, 0);
+  const Vector3d place = qpos->head<3>();
+  qpos->head<3>() = forward ? Vector3d(pivot + turn * (place - pivot) + shift)
+                            : Vector3d(pivot + turn * (place - pivot - shift));
+  motion::ToWxyz(turn * motion::FromWxyz(qpos->data() + 3), qpos->data() + 3);
+}
+
+// Displacement from `a` to `b`, [nv].
+VectorXd Displacement(const mjModel& model, const VectorXd& a,
+                      const VectorXd& b) {
+  VectorXd difference(model.nv);
+  mj_differentiatePos(&model, difference.data(), 1, a.data(), b.data());
+  return difference;
+}
+
+// Rotation of a mapped body in its parent that the source asks for.
+Quaterniond Target(const SkeletonMap& map, const MappedBody& body,
+                   const std::vector<Quaterniond>& world) {
+  const MappedBody& parent = map.bodies[body.parent];
+  return (world[parent.source] * parent.alignment).conjugate() *
+         (world[body.source] * body.alignment);
+}
+
+// Hinge angles of a chain in a pose.
+VectorXd ChainAngles(const HingeChain& chain, const mjModel& model,
+                     const VectorXd& qpos) {
+  VectorXd angles(chain.size());
+  for (int i = 0; i < chain.size(); ++i) {
+    const int address = model.jnt_qposadr[chain.joints[i]];
+    angles[i] = qpos[address] - model.qpos0[address];
+  }
+  return angles;
+}
+
+void PlaceRoot(const SourceTrack& track, const SkeletonMap& map, int t,
+               VectorXd* qpos) {
+  const Quaterniond source = track.rotation[t][0];
+  const Quaterniond root = source * map.bodies[0].alignment;
+  qpos->head<3>() =
+      map.scale * (track.root_position[t] + source * map.source_hips) -
+      root * map.model_hips;
+  motion::ToWxyz(root, qpos->data() + 3);
+}
+
+// The track's cycle as the model's root sees it: where the roots lie apart, a
+// turn moves them differently.
+Cycle ScaleCycle(const SourceTrack& track, const SkeletonMap& map) {
+  const Quaterniond source = track.rotation[0][0];
+  const Vector3d apart = source * (map.scale * map.source_hips) -
+                         source * map.bodies[0].alignment * map.model_hips;
+  const Vector3d shift = motion::YawRotation(track.cycle.yaw) * apart - apart;
+  return {map.scale * track.cycle.x + shift.x(),
+          map.scale * track.cycle.y + shift.y(), track.cycle.yaw};
+}
+
+}  // namespace
+
+VectorXd FrameAt(const ModelMotion& motion, int t) {
+  const int frames = motion.frames();
+  SINEW_CHECK(motion.loops || (t >= 0 && t < frames)) << "frame " << t;
+  const int cycles =
+      t >= 0 ? t / frames : -((frames - 1 - t) / frames);  // floor
+  VectorXd qpos = motion.qpos[t - cycles * frames];
+  const Vector3d origin = motion.qpos[0].head<3>();
+  for (int i = 0; i < std::abs(cycles); ++i) {
+    MoveByCycle(motion.cycle, origin, /*forward=*/cycles > 0, &qpos);
+  }
+  return qpos;
+}
+
+void Rates(const mjModel& model, const ModelMotion& motion, int t,
+           VectorXd* qvel, VectorXd* qacc) {
+  const double dt = motion.dt();
+  const int last = motion.frames() - 1;
+  if (!motion.loops && last < 2) {
+    *qvel = Displacement(model, motion.qpos[0], motion.qpos[last]) / dt;
+    qacc->setZero(model.nv);
+    return;
+  }
+  const int middle = motion.loops ? t : std::clamp(t, 1, last - 1);
+  const VectorXd at = FrameAt(motion, middle);
+  const VectorXd after = Displacement(model, at, FrameAt(motion, middle + 1));
+  const VectorXd before = Displacement(model, at, FrameAt(motion, middle - 1));
+  *qacc = (after + before) / (dt * dt);
+  *qvel = (after - before) / (2 * dt) + (t - middle) * dt * *qacc;
+}
+
+ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
+                      const SkeletonMap& map, const mjModel& model) {
+  ModelMotion motion;
+  motion.rate = track.rate;
+  motion.loops = track.loops;
+  motion.cycle = ScaleCycle(track, map);
+  const int frames = track.frames();
+  motion.qpos.assign(
+      frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));
+  std::vector<std::vector<Quaterniond>> world;
+  for (int t = 0; t < frames; ++t) {
+    world.push_back(WorldRotations(skeleton, track.rotation[t]));
+    PlaceRoot(track, map, t, &motion.qpos[t]);
+  }
+  for (const MappedBody& body : map.bodies) {
+    if (body.parent < 0) continue;
+    std::vector<Quaterniond> targets;
+    for (const auto& rotations : world) {
+      targets.push_back(Target(map, body, rotations));
+    }
+    const std::vector<VectorXd> angles =
+        FitJoints(body.chain, targets, track.loops);
+    for (int t = 0; t < frames; ++t) {
+      for (int i = 0; i < body.chain.size(); ++i) {
+        const int address = model.jnt_qposadr[body.chain.joints[i]];
+        motion.qpos[t][address] = model.qpos0[address] + angles[t][i];
+      }
+    }
+  }
+  return motion;
+}
+
+JointFitError MeasureJointFit(const SourceTrack& track,
+                              const SourceSkeleton& skeleton,
+                              const SkeletonMap& map, const mjModel& model,
+                              const ModelMotion& motion) {
+  JointFitError error;
+  error.max_per_body.assign(map.bodies.size(), 0);
+  double sum = 0;
+  for (int t = 0; t < motion.frames(); ++t) {
+    const std::vector<Quaterniond> world =
+        WorldRotations(skeleton, track.rotation[t]);
+    for (size_t i = 1; i < map.bodies.size(); ++i) {
+      const MappedBody& body = map.bodies[i];
+      const double angle = motion::AngleBetween(
+          Target(map, body, world),
+          body.chain.Rotation(
+              ChainAngles(body.chain, model, motion.qpos[t])));
+      sum += angle;
+      error.max_per_body[i] = std::max(error.max_per_body[i], angle);
+      error.max_rad = std::max(error.max_rad, angle);
+    }
+  }
+  const size_t count = (map.bodies.size() - 1) * motion.qpos.size();
+  error.mean_rad = count == 0 ? 0 : sum / static_cast<double>(count);
+  return error;
+}
+
+}  // namespace sinew::import

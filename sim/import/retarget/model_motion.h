@@ -1,0 +1,60 @@
+#ifndef SINEW_SIM_IMPORT_RETARGET_MODEL_MOTION_H_
+#define SINEW_SIM_IMPORT_RETARGET_MODEL_MOTION_H_
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "sim/import/retarget/skeleton_map.h"
+#include "sim/import/retarget/source_track.h"
+
+namespace sinew::import {
+
+// A motion of a model: one qpos per frame at a constant rate. The model has one
+// free joint, its first, and hinges.
+struct ModelMotion {
+  double rate = 0;  // frames per second
+  bool loops = false;
+  Cycle cycle;
+  std::vector<Eigen::VectorXd> qpos;  // [frames][nq]
+
+  int frames() const { return static_cast<int>(qpos.size()); }
+  double dt() const { return 1 / rate; }
+};
+
+// Frame `t` of a looping motion continued for ever both ways, moved by the
+// cycle as often as it takes; of others `t` must be a frame.
+Eigen::VectorXd FrameAt(const ModelMotion& motion, int t);
+
+// qvel and qacc [nv] of frame `t` in MuJoCo's convention, from the frames
+// beside it: v = (r+ - r-) / 2 dt and a = (r+ + r-) / dt^2 with r+- the
+// displacements to the neighbours, both second-order accurate and without lag.
+// At the ends of a motion that does not loop, v is one-sided (second order) and
+// a is that of the frame beside; with two frames a is zero.
+void Rates(const mjModel& model, const ModelMotion& motion, int t,
+           Eigen::VectorXd* qvel, Eigen::VectorXd* qacc);
+
+// Plays a track on a model: every mapped hinge chain by FitJoints, root by the
+// hips' middle scaled with the legs; other hinges at qpos0. No ground contact
+// yet.
+ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
+                      const SkeletonMap& map, const mjModel& model);
+
+// Angles between the joint rotations of the track and those that the hinges of
+// `motion` make: largest and mean over joints and frames. What closing the loop
+// changed before is SourceTrack::seam_max_rad.
+struct JointFitError {
+  double max_rad = 0;
+  double mean_rad = 0;
+  // Per mapped body, largest over frames; root 0.
+  std::vector<double> max_per_body;
+};
+JointFitError MeasureJointFit(const SourceTrack& track,
+                              const SourceSkeleton& skeleton,
+                              const SkeletonMap& map, const mjModel& model,
+                              const ModelMotion& motion);
+
+}  // namespace sinew::import
+
+#endif  // SINEW_SIM_IMPORT_RETARGET_MODEL_MOTION_H_

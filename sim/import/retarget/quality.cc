@@ -1,0 +1,126 @@
+#include "sim/import/retarget/quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/import/retarget/ground.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Contact state of the feet, and of the whole body, in the frame's pose.
+void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
+  const ImportModel& model = dynamics.import_model();
+  const std::vector<Vector3d> lowest = dynamics.LowestPoints();
+  std::vector<double> height(model.feet.size(), INFINITY);
+  frame->contact.assign(model.feet.size(), false);
+  frame->skate.assign(model.feet.size(), 0);
+  frame->lowest = INFINITY;
+  for (size_t i = 0; i < lowest.size(); ++i) {
+    frame->lowest = std::min(frame->lowest, lowest[i].z());
+    if (lowest[i].z() > kFootContactHeight) continue;
+    const Vector3d velocity =
+        dynamics.PointJacobian(model.points[i].body, lowest[i]) * frame->qvel;
+    const bool bears = velocity.norm() < kContactSpeed;
+    frame->bears |= bears;
+    for (size_t f = 0; f < model.feet.size(); ++f) {
+      if (model.points[i].body != model.feet[f]) continue;
+      if (bears) frame->contact[f] = true;
+      if (lowest[i].z() < height[f]) {
+        height[f] = lowest[i].z();
+        frame->skate[f] = velocity.head<2>().norm();
+      }
+    }
+  }
+}
+
+// Positions of all body frames, [3, nbody].
+Eigen::Matrix3Xd BodyPositions(Dynamics* dynamics, const VectorXd& qpos) {
+  dynamics->SetPose(qpos);
+  return Eigen::Map<const Eigen::Matrix3Xd>(dynamics->data().xpos, 3,
+                                            dynamics->model().nbody);
+}
+
+double LoopSeam(Dynamics* dynamics, const ModelMotion& motion) {
+  const int n = motion.frames();
+  if (!motion.loops || n < 2) return 0;
+  const mjModel& model = dynamics->model();
+  VectorXd step(model.nv);
+  mj_differentiatePos(&model, step.data(), 1, motion.qpos[n - 2].data(),
+                      motion.qpos[n - 1].data());
+  VectorXd next = motion.qpos[n - 1];
+  mj_integratePos(&model, next.data(), step.data(), 1);
+  const Eigen::Matrix3Xd expected = BodyPositions(dynamics, FrameAt(motion, n));
+  const Eigen::Matrix3Xd found = BodyPositions(dynamics, next);
+  const auto distance = (expected - found).colwise().norm();
+  return distance.sum() / (model.nbody - 1);  // the world contributes 0
+}
+
+}  // namespace
+
+std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
+                                         const ModelMotion& motion) {
+  const ImportModel& model = dynamics->import_model();
+  std::vector<FrameDynamics> frames(motion.frames());
+  for (int t = 0; t < motion.frames(); ++t) {
+    FrameDynamics& frame = frames[t];
+    Rates(dynamics->model(), motion, t, &frame.qvel, &frame.qacc);
+    const VectorXd required =
+        dynamics->Inverse(motion.qpos[t], frame.qvel, frame.qacc);
+    const ContactFit fit =
+        FitContacts(*dynamics, FindContacts(*dynamics), required);
+    frame.residual = fit.remainder.head<6>();
+    frame.torque.resize(static_cast<int>(model.joints.size()));
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const int dof = model.joints[j].dof_address;
+      frame.torque[static_cast<int>(j)] = fit.remainder[dof];
+      frame.peak_joint_speed =
+          std::max(frame.peak_joint_speed, std::abs(frame.qvel[dof]));
+    }
+    MeasureContact(*dynamics, &frame);
+  }
+  return frames;
+}
+
+v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
+                               const std::vector<FrameDynamics>& frames) {
+  const ImportModel& model = dynamics->import_model();
+  double force = 0, torque = 0, ratio = 0, penetration = 0, floating = 0;
+  double speed = 0, skate = 0;
+  int bearing = 0, contacts = 0;
+  for (const FrameDynamics& frame : frames) {
+    force += frame.residual.head<3>().norm() / model.weight();
+    torque += frame.residual.tail<3>().norm();
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      ratio = std::max(ratio, std::abs(frame.torque[static_cast<int>(j)]) /
+                                  model.joints[j].torque_limit);
+    }
+    penetration = std::max(penetration, -frame.lowest);
+    speed = std::max(speed, frame.peak_joint_speed);
+    if (frame.bears) {
+      ++bearing;
+      floating += std::max(0.0, frame.lowest);
+    }
+    for (size_t f = 0; f < frame.contact.size(); ++f) {
+      if (!frame.contact[f]) continue;
+      ++contacts;
+      skate += frame.skate[f];
+    }
+  }
+  const double count = static_cast<double>(frames.size());
+  v1::ClipQuality quality;
+  quality.set_residual_force_bodyweights(force / count);
+  quality.set_residual_torque_nm(torque / count);
+  quality.set_peak_torque_ratio(ratio);
+  quality.set_penetration_max_m(penetration);
+  quality.set_floating_mean_m(bearing == 0 ? 0 : floating / bearing);
+  quality.set_peak_joint_speed(speed);
+  quality.set_foot_skate_m_per_s(contacts == 0 ? 0 : skate / contacts);
+  quality.set_loop_seam_m(LoopSeam(dynamics, motion));
+  return quality;
+}
+
+}  // namespace sinew::import

@@ -1,0 +1,63 @@
+#ifndef SINEW_SIM_IMPORT_RETARGET_QUALITY_H_
+#define SINEW_SIM_IMPORT_RETARGET_QUALITY_H_
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "proto/sinew/v1/motion.pb.h"
+#include "sim/import/retarget/contact_fit.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/model_motion.h"
+
+namespace sinew::import {
+
+// Quality figures of a motion on a model; exact definitions of v1::ClipQuality.
+// With qvel and qacc from import::Rates in every frame t:
+//
+// residual: b = M qacc + c (Dynamics::Inverse: no contact, no joint damping),
+//   less the floor forces of FitContacts at all points no higher than
+//   kContactMargin. residual_force_bodyweights is the mean over frames of the
+//   norm of the root's three force rows over the weight; residual_torque_nm the
+//   mean norm of its three torque rows.
+// peak_torque_ratio: largest |actuator torque| / limit over joints and frames;
+//   the actuator torque is the hinge rows of b less the floor forces', that is
+//   the whole torque of the law clamp(kp (q* - q) - kd dq), its damping
+//   included.
+// penetration_max_m: largest depth of any ground point below the floor.
+// floating_mean_m: mean over frames with a foot in contact, or with another
+//   body's point bearing, of the height of the lowest point above the floor,
+//   counted as 0 when below.
+// peak_joint_speed: largest |dq| of a hinge.
+// foot_skate_m_per_s: mean over (frame, foot) in contact of the horizontal
+//   speed of the foot's lowest point.
+// loop_seam_m: looping motions: mean over bodies of the distance between the
+//   body in frame n, extrapolated from frames n-2 and n-1 at constant
+//   velocity of all coordinates, and frame 0 moved by the cycle; 0 for others.
+// joint_fit_*: not set here (MeasureJointFit).
+
+// A foot touches the floor in a frame if one of its points is no higher than
+// this and slower than kContactSpeed, metres.
+inline constexpr double kFootContactHeight = 0.025;
+
+// What is known of each frame after the motion is final.
+struct FrameDynamics {
+  Eigen::VectorXd qvel, qacc;      // [nv]
+  Eigen::VectorXd torque;          // [joints] actuator torques, not limited, Nm
+  Eigen::Matrix<double, 6, 1> residual;  // root rows: N (world), Nm (body)
+  std::vector<bool> contact;       // [feet]
+  std::vector<double> skate;       // [feet] m/s of the lowest point
+  double lowest = 0;               // height of the lowest point, m
+  bool bears = false;              // something is in contact
+  double peak_joint_speed = 0;     // rad/s
+};
+
+// All frames of a motion.
+std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
+                                         const ModelMotion& motion);
+
+v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
+                               const std::vector<FrameDynamics>& frames);
+
+}  // namespace sinew::import
+
+#endif  // SINEW_SIM_IMPORT_RETARGET_QUALITY_H_

@@ -1,0 +1,57 @@
+#ifndef SINEW_SIM_IMPORT_RETARGET_REFINE_H_
+#define SINEW_SIM_IMPORT_RETARGET_REFINE_H_
+
+#include <vector>
+
+#include "sim/import/retarget/contact_fit.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/model_motion.h"
+
+namespace sinew::import {
+
+// What a refined motion is weighed by. Each number multiplies a residual whose
+// squares are summed over frames.
+struct RefineOptions {
+  // Root force in body weights (torque: kTorqueArm times that) which contact
+  // cannot explain.
+  double physics = 1;
+  // A joint torque at its limit, of the above. Three times what the fit of
+  // forces alone takes: with less, single frames of get-ups ask for ten times a
+  // limit; with this for three, at no higher residual.
+  double torque = 3 * kJointWeight;
+  // Distance from the motion as it came: hinges and root rotation per rad, root
+  // position per m along the floor and up.
+  double joint = 0.5;
+  double rotation = 1;
+  double position = 2;
+  double height = 1;
+  // Second differences per frame^2, hinges and root rotation per rad, root
+  // position per m: of the motion, and of what is changed about it.
+  double acceleration = 0.1;
+  double change_acceleration = 0.5;
+  // Bearing points: height and horizontal move per frame, per m.
+  double contact_height = 10;
+  double contact_slip = 10;
+  // Points below the floor per m; hinges beyond a limit per rad.
+  double penetration = 20;
+  double limit = 5;
+  // Gauss-Newton steps at most.
+  int iterations = 60;
+};
+
+// Changes a motion as little as it takes to make it physical: Gauss-Newton over
+// all coordinates of the whole clip on the terms above. The floor's forces are
+// no unknowns: each frame takes the best ones (FitContacts) and the root
+// residual's metric accounts for their following along (variable projection).
+//   repeat: note which points may bear; linearise every term; solve for all
+//   frames at once; accept if the sum of squares fell, else raise the damping.
+// `bearing` [frames][points] from FindBearingPoints. Hinges end within their
+// limits.
+ModelMotion RefineMotion(Dynamics* dynamics,
+                         const std::vector<std::vector<bool>>& bearing,
+                         const ModelMotion& motion,
+                         const RefineOptions& options = {});
+
+}  // namespace sinew::import
+
+#endif  // SINEW_SIM_IMPORT_RETARGET_REFINE_H_

@@ -1,0 +1,271 @@
+// The physics behind an import, each part against a second way: contact forces
+// against balance, derivatives against finite differences, the refinement
+// against what it promises.
+#include "sim/import/retarget/refine.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include "common/testing/matchers.h"
+#include "sim/character/character.h"
+#include "sim/import/retarget/contact_fit.h"
+#include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/import_model.h"
+#include "sim/import/retarget/normal_equations.h"
+#include "sim/import/retarget/quality.h"
+#include "sim/import/retarget/refine_terms.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+class RefineTest : public ::testing::Test {
+ protected:
+  RefineTest() {
+    auto loaded = character::Character::Load("humanoid", v1::Physics());
+    EXPECT_THAT(loaded, ::sinew::testing::IsOk());
+    character_ = *std::move(loaded);
+    model_ = MakeImportModel(*character_);
+    dynamics_ = std::make_unique<Dynamics>(model_);
+  }
+
+  int nv() const { return dynamics_->model().nv; }
+  double weight() const { return model_.weight(); }
+
+  // The rest pose, its soles on the floor.
+  VectorXd Standing() {
+    VectorXd qpos = Eigen::Map<const VectorXd>(dynamics_->model().qpos0,
+                                               dynamics_->model().nq);
+    return OnFloor(qpos);
+  }
+  VectorXd OnFloor(VectorXd qpos) {
+    qpos[2] -= Low(qpos);
+    return qpos;
+  }
+  double Low(const VectorXd& qpos) {
+    dynamics_->SetPose(qpos);
+    double low = INFINITY;
+    for (const auto& point : dynamics_->LowestPoints()) {
+      low = std::min(low, point.z());
+    }
+    return low;
+  }
+
+  // Knees and hips bend and stretch once in a second, the body keeps its
+  // height over the floor wrong by `floating`.
+  ModelMotion Squat(double floating) {
+    ModelMotion motion;
+    motion.rate = 30;
+    motion.loops = true;
+    for (int t = 0; t < 30; ++t) {
+      VectorXd qpos = Standing();
+      const double bend =
+          0.15 * (1 - std::cos(2 * std::numbers::pi * t / 30));
+      for (size_t j = 0; j < model_.joints.size(); ++j) {
+        const std::string& name = model_.semantics[j].semantic;
+        const int address = model_.joints[j].qpos_address;
+        if (name.find("knee") != std::string::npos) qpos[address] = 2 * bend;
+        if (name.find("hip_y") != std::string::npos) qpos[address] = -bend;
+        if (name.find("ankle_y") != std::string::npos) qpos[address] = -bend;
+      }
+      motion.qpos.push_back(OnFloor(qpos));
+      motion.qpos.back()[2] += floating;
+    }
+    return motion;
+  }
+
+  std::unique_ptr<const character::Character> character_;
+  ImportModel model_;
+  std::unique_ptr<Dynamics> dynamics_;
+};
+
+TEST_F(RefineTest, TheFloorCarriesTheWeightOfWhoStands) {
+  const VectorXd qpos = Standing();
+  const VectorXd zero = VectorXd::Zero(nv());
+  const VectorXd required = dynamics_->Inverse(qpos, zero, zero);
+  EXPECT_NEAR(required[2], weight(), 1e-6 * weight());
+  dynamics_->SetPose(qpos);
+
+  const ContactFit fit =
+      FitContacts(*dynamics_, FindContacts(*dynamics_), required);
+
+  double up = 0;
+  for (const ContactForce& force : fit.forces) {
+    up += force.force.z();
+    EXPECT_GE(force.force.z(), 0);
+    EXPECT_LE(force.force.head<2>().lpNorm<1>(),
+              kFriction * force.force.z() + 1e-9);
+  }
+  EXPECT_NEAR(up, weight(), 0.01 * weight());
+  EXPECT_LT(fit.remainder.head<3>().norm(), 0.01 * weight());
+  EXPECT_LT(fit.remainder.segment<3>(3).norm(), 0.01 * weight());
+}
+
+TEST_F(RefineTest, NothingButTheFloorCarriesWhoFloats) {
+  VectorXd qpos = Standing();
+  qpos[2] += 0.5;
+  const VectorXd zero = VectorXd::Zero(nv());
+  const VectorXd required = dynamics_->Inverse(qpos, zero, zero);
+  dynamics_->SetPose(qpos);
+  EXPECT_TRUE(FindContacts(*dynamics_).empty());
+  const ContactFit fit = FitContacts(*dynamics_, {}, required);
+  EXPECT_NEAR(fit.remainder[2], weight(), 1e-6 * weight());
+}
+
+TEST_F(RefineTest, FreeFallTakesNoForce) {
+  VectorXd qacc = VectorXd::Zero(nv());
+  qacc[2] = dynamics_->model().opt.gravity[2];
+  const VectorXd force =
+      dynamics_->Inverse(Standing(), VectorXd::Zero(nv()), qacc);
+  EXPECT_NEAR(force.head<3>().norm(), 0, 1e-6 * weight());
+}
+
+TEST_F(RefineTest, ContactForceDerivativeAgreesWithFiniteDifferences) {
+  const VectorXd qpos = Squat(0).qpos[9];
+  dynamics_->SetPose(qpos);
+  std::vector<ContactForce> forces;
+  for (const Contact& contact : FindContacts(*dynamics_)) {
+    forces.push_back({contact, Eigen::Vector3d(30, -20, 100)});
+  }
+  ASSERT_FALSE(forces.empty());
+  const MatrixXd derivative = ContactForceDerivative(*dynamics_, forces);
+  const auto generalised = [&](const VectorXd& at) {
+    dynamics_->SetPose(at);
+    VectorXd sum = VectorXd::Zero(nv());
+    for (const ContactForce& force : forces) {
+      const GroundPoint& point = model_.points[force.contact.point];
+      sum += dynamics_
+                 ->PointJacobian(point.body, Lowest(point, dynamics_->data()))
+                 .transpose() *
+             force.force;
+    }
+    return sum;
+  };
+  for (int i = 0; i < nv(); ++i) {
+    VectorXd more = qpos, less = qpos;
+    const VectorXd step = 1e-5 * VectorXd::Unit(nv(), i);
+    const VectorXd back = -step;
+    mj_integratePos(&dynamics_->model(), more.data(), step.data(), 1);
+    mj_integratePos(&dynamics_->model(), less.data(), back.data(), 1);
+    const VectorXd slope = (generalised(more) - generalised(less)) / 2e-5;
+    EXPECT_NEAR((derivative.col(i) - slope).norm(), 0, 0.02) << "dof " << i;
+  }
+}
+
+TEST_F(RefineTest, GradientAgreesWithFiniteDifferencesOfTheCost) {
+  ModelMotion motion = Squat(0.004);
+  const ModelMotion original = motion;
+  for (int t = 0; t < motion.frames(); ++t) motion.qpos[t][8] += 0.02 * t / 30;
+  const auto bearing = FindBearingPoints(
+      dynamics_.get(), std::vector<bool>(motion.frames(), true), motion);
+  RefineTerms terms(dynamics_.get(), original, bearing, RefineOptions());
+  terms.ChooseContacts(motion);
+  const NormalEquations equations = terms.Linearise(motion);
+  const auto moved = [&](int dof, double size) {
+    ModelMotion next = motion;
+    for (int t = 0; t < next.frames(); ++t) {
+      const VectorXd step =
+          size * std::sin(1.7 * t + dof) * VectorXd::Unit(nv(), dof);
+      mj_integratePos(&dynamics_->model(), next.qpos[t].data(), step.data(),
+                      1);
+    }
+    return terms.Cost(next);
+  };
+  for (const int dof : {0, 2, 4, 9, 20, 27}) {
+    double analytic = 0;
+    for (int t = 0; t < motion.frames(); ++t) {
+      analytic += 2 * std::sin(1.7 * t + dof) *
+                  equations.gradient()[t * nv() + dof];
+    }
+    const double slope = (moved(dof, 1e-6) - moved(dof, -1e-6)) / 2e-6;
+    EXPECT_NEAR(analytic, slope, 0.02 * std::abs(slope) + 1e-3)
+        << "dof " << dof;
+  }
+}
+
+TEST_F(RefineTest, MakesAFloatingMotionPhysicalWithoutChangingItMuch) {
+  const ModelMotion original = Squat(0.01);
+  const auto bearing = FindBearingPoints(
+      dynamics_.get(), std::vector<bool>(original.frames(), true), original);
+
+  const ModelMotion refined =
+      RefineMotion(dynamics_.get(), bearing, original);
+
+  const auto quality = [&](const ModelMotion& motion) {
+    return MeasureQuality(dynamics_.get(), motion,
+                          AnalyseMotion(dynamics_.get(), motion));
+  };
+  EXPECT_LT(quality(refined).residual_force_bodyweights(),
+            0.5 * quality(original).residual_force_bodyweights());
+  EXPECT_LT(quality(refined).residual_force_bodyweights(), 0.06);
+  EXPECT_LT(quality(refined).floating_mean_m(), 0.003);
+  EXPECT_LT(quality(refined).penetration_max_m(), 0.003);
+  for (int t = 0; t < original.frames(); ++t) {
+    VectorXd change(nv());
+    mj_differentiatePos(&dynamics_->model(), change.data(), 1,
+                        original.qpos[t].data(), refined.qpos[t].data());
+    // The squat leans back too far to stand: the trunk has to follow.
+    EXPECT_LT(change.cwiseAbs().maxCoeff(), 0.25) << "frame " << t;
+  }
+}
+
+TEST_F(RefineTest, FindsFlightAndMakesItBallistic) {
+  // A hop: crouched still, then 0.5 s of flight whose capture floats along a
+  // wrong curve, then still again.
+  ModelMotion motion;
+  motion.rate = 30;
+  const VectorXd rest = Standing();
+  constexpr int kStill = 12, kFlight = 15;
+  for (int t = 0; t < 2 * kStill + kFlight; ++t) {
+    VectorXd qpos = rest;
+    const double s =
+        static_cast<double>(t - kStill + 1) / (kFlight + 1);  // 0 to 1
+    if (s > 0 && s < 1) qpos[2] += 1.0 * s * (1 - s);  // 0.25 m, should be 0.35
+    motion.qpos.push_back(qpos);
+  }
+
+  const auto supported = FindSupport(dynamics_.get(), motion, 0);
+  MakeFlightsBallistic(dynamics_.get(), supported, &motion);
+
+  EXPECT_TRUE(supported[2]);
+  EXPECT_TRUE(supported[kStill + kFlight + 5]);
+  for (int t = kStill + 3; t < kStill + kFlight - 3; ++t) {
+    EXPECT_FALSE(supported[t]) << t;
+    const double fall = (motion.qpos[t - 1][2] - 2 * motion.qpos[t][2] +
+                         motion.qpos[t + 1][2]) *
+                        30 * 30;
+    EXPECT_NEAR(fall, -9.81, 0.05) << t;
+  }
+}
+
+TEST(NormalEquations, AgreeWithADenseSolution) {
+  NormalEquations equations(3, 2);
+  MatrixXd dense = MatrixXd::Zero(7, 6);
+  VectorXd residual(7);
+  for (int row = 0; row < 7; ++row) {
+    const int first = row % 3, second = (row + 1) % 3;
+    FrameBlock a{first, MatrixXd(1, 2)}, b{second, MatrixXd(1, 2)};
+    a.jacobian << 1 + row, -0.5;
+    b.jacobian << 0.3 * row, 2 - row;
+    residual[row] = std::sin(row + 1);
+    dense.block(row, 2 * first, 1, 2) = a.jacobian;
+    dense.block(row, 2 * second, 1, 2) = b.jacobian;
+    equations.Add({a, b}, residual.segment(row, 1));
+  }
+  const VectorXd expected =
+      -(dense.transpose() * dense).ldlt().solve(dense.transpose() * residual);
+  const auto found = equations.Solve(0);
+  ASSERT_EQ(found.size(), 3u);
+  for (int t = 0; t < 3; ++t) {
+    EXPECT_NEAR((found[t] - expected.segment(2 * t, 2)).norm(), 0, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace sinew::import
