@@ -1,30 +1,20 @@
 #include "sim/import/importer.h"
 
-#include <cmath>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/import/clip_frames.h"
 #include "sim/import/formats/deepmimic.h"
 #include "sim/import/retarget/dynamics.h"
-#include "sim/import/retarget/ground.h"
-#include "sim/import/retarget/model_motion.h"
-#include "sim/import/retarget/quality.h"
-#include "sim/import/retarget/refine.h"
-#include "sim/import/retarget/skeleton_map.h"
-#include "sim/import/retarget/source_track.h"
+#include "sim/import/retarget/retarget.h"
 #include "sim/motion/library.h"
 
 namespace sinew::import {
 namespace {
-
-// Drift of a source quaternion's norm that is worth a word.
-constexpr double kDriftWarning = 0.01;
 
 std::string BaseName(const std::string& path) {
   return path.substr(path.find_last_of('/') + 1);
@@ -34,24 +24,6 @@ std::string Stem(const std::string& path) {
   const std::string base = BaseName(path);
   const size_t dot = base.find_last_of('.');
   return dot == std::string::npos || dot == 0 ? base : base.substr(0, dot);
-}
-
-void Warn(const SourceClip& clip, const SkeletonMap& map,
-          ClipReport* report) {
-  if (clip.quaternion_drift > kDriftWarning) {
-    report->warnings.push_back(absl::StrFormat(
-        "quaternions were up to %.3f off unit length; normalised",
-        clip.quaternion_drift));
-  }
-  for (const std::string& joint : map.unmapped) {
-    for (const SourcePose& pose : clip.poses) {
-      const int index = clip.skeleton.Find(joint);
-      if (std::abs(pose.rotation[index].w()) > 1 - 1e-6) continue;
-      report->warnings.push_back(absl::StrCat(
-          "the character has no joint for ", joint, "; its rotation is lost"));
-      break;
-    }
-  }
 }
 
 v1::MotionLibrary MakeManifest(const character::Character& character,
@@ -99,32 +71,21 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
                                         const SourceClip& clip,
                                         const ImportOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
-  SINEW_ASSIGN_OR_RETURN(
-      const SkeletonMap map,
-      MakeSkeletonMap(clip.skeleton, *model.model, model.semantics));
-  const SourceTrack track = MakeTrack(clip, options.rate);
-  ModelMotion motion = FitMotion(track, clip.skeleton, map, *model.model);
+  RetargetOptions retarget;
+  retarget.rate = options.rate;
+  SINEW_ASSIGN_OR_RETURN(const Retargeted played,
+                         RetargetClip(model, clip, retarget));
+  const ModelMotion& motion = played.motion;
   Dynamics dynamics(model);
-  std::vector<bool> supported = FindSupport(&dynamics, motion);
-  CalibrateGround(&dynamics, supported, &motion);
-  supported = FindSupport(&dynamics, motion, /*ground=*/0);
-  CalibrateGround(&dynamics, supported, &motion);
-  MakeFlightsBallistic(&dynamics, supported, &motion);
-  motion = RefineMotion(
-      &dynamics, FindBearingPoints(&dynamics, supported, motion), motion);
-  const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);
-
   ImportedClip imported;
-  imported.frames = MakeClipFrames(&dynamics, motion, frames);
+  imported.frames = MakeClipFrames(&dynamics, motion, played.frames);
   ClipReport& report = imported.report;
   report.name = clip.name;
   report.duration_s = clip.duration();
-  report.retiming = track.retiming;
-  report.seam_max_rad = track.seam_max_rad;
-  double carried = 0;
-  for (const bool flag : supported) carried += flag;
-  report.supported_share = carried / motion.frames();
-  Warn(clip, map, &report);
+  report.retiming = played.retiming;
+  report.seam_max_rad = played.seam_max_rad;
+  report.supported_share = played.supported_share;
+  report.warnings = played.warnings;
 
   v1::ClipInfo& info = report.info;
   info.set_name(clip.name);
@@ -135,11 +96,7 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
   info.set_cycle_yaw(motion.cycle.yaw);
   info.set_provenance(options.provenance);
   info.set_licence(options.licence);
-  *info.mutable_quality() = MeasureQuality(&dynamics, motion, frames);
-  const JointFitError fit =
-      MeasureJointFit(track, clip.skeleton, map, *model.model, motion);
-  info.mutable_quality()->set_joint_fit_max_rad(fit.max_rad);
-  info.mutable_quality()->set_joint_fit_mean_rad(fit.mean_rad);
+  *info.mutable_quality() = played.quality;
   return imported;
 }
 
