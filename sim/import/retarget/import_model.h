@@ -7,7 +7,7 @@
 
 #include "sim/character/character.h"
 #include "sim/import/retarget/ground_points.h"
-#include "sim/import/retarget/skeleton_map.h"
+#include "sim/import/retarget/body_map.h"
 
 namespace sinew::import {
 
@@ -16,6 +16,7 @@ struct ImportJoint {
   int qpos_address;
   int dof_address;
   double torque_limit;  // Nm
+  double default_position = 0;  // rad
 };
 
 // What the importer reads of a character. Borrows the model.

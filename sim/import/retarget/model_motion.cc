@@ -36,7 +36,7 @@ VectorXd Displacement(const mjModel& model, const VectorXd& a,
 }
 
 // Rotation of a mapped body in its parent that the source asks for.
-Quaterniond Target(const SkeletonMap& map, const MappedBody& body,
+Quaterniond Target(const BodyMap& map, const MappedBody& body,
                    const std::vector<Quaterniond>& world) {
   const MappedBody& parent = map.bodies[body.parent];
   return (world[parent.source] * parent.alignment).conjugate() *
@@ -54,7 +54,7 @@ VectorXd ChainAngles(const HingeChain& chain, const mjModel& model,
   return angles;
 }
 
-void PlaceRoot(const SourceTrack& track, const SkeletonMap& map, int t,
+void PlaceRoot(const SourceTrack& track, const BodyMap& map, int t,
                VectorXd* qpos) {
   const Quaterniond source = track.rotation[t][0];
   const Quaterniond root = source * map.bodies[0].alignment;
@@ -66,7 +66,7 @@ void PlaceRoot(const SourceTrack& track, const SkeletonMap& map, int t,
 
 // The track's cycle as the model's root sees it: where the roots lie apart, a
 // turn moves them differently.
-Cycle ScaleCycle(const SourceTrack& track, const SkeletonMap& map) {
+Cycle ScaleCycle(const SourceTrack& track, const BodyMap& map) {
   const Quaterniond source = track.rotation[0][0];
   const Vector3d apart = source * (map.scale * map.source_hips) -
                          source * map.bodies[0].alignment * map.model_hips;
@@ -108,7 +108,7 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
 }
 
 ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
-                      const SkeletonMap& map, const mjModel& model) {
+                      const BodyMap& map, const mjModel& model) {
   ModelMotion motion;
   motion.rate = track.rate;
   motion.loops = track.loops;
@@ -141,7 +141,7 @@ ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
 
 JointFitError MeasureJointFit(const SourceTrack& track,
                               const SourceSkeleton& skeleton,
-                              const SkeletonMap& map, const mjModel& model,
+                              const BodyMap& map, const mjModel& model,
                               const ModelMotion& motion) {
   JointFitError error;
   error.max_per_body.assign(map.bodies.size(), 0);

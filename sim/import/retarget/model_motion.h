@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/import/retarget/skeleton_map.h"
+#include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/source_track.h"
 
 namespace sinew::import {
@@ -39,7 +39,7 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
 // hips' middle scaled with the legs; other hinges at qpos0. No ground contact
 // yet.
 ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
-                      const SkeletonMap& map, const mjModel& model);
+                      const BodyMap& map, const mjModel& model);
 
 // Angles between the joint rotations of the track and those that the hinges of
 // `motion` make: largest and mean over joints and frames. What closing the loop
@@ -52,7 +52,7 @@ struct JointFitError {
 };
 JointFitError MeasureJointFit(const SourceTrack& track,
                               const SourceSkeleton& skeleton,
-                              const SkeletonMap& map, const mjModel& model,
+                              const BodyMap& map, const mjModel& model,
                               const ModelMotion& motion);
 
 }  // namespace sinew::import

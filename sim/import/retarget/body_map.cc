@@ -1,4 +1,4 @@
-#include "sim/import/retarget/skeleton_map.h"
+#include "sim/import/retarget/body_map.h"
 
 #include <algorithm>
 #include <map>
@@ -79,7 +79,7 @@ struct ZeroPose {
   }
 };
 
-absl::Status CheckRequired(const SkeletonMap& map) {
+absl::Status CheckRequired(const BodyMap& map) {
   for (const char* side : {"left_", "right_"}) {
     for (const char* joint : {"hip", "knee", "ankle"}) {
       const std::string name = absl::StrCat(side, joint);
@@ -95,7 +95,7 @@ absl::Status CheckRequired(const SkeletonMap& map) {
 }
 
 // The single mapped body below index `i`, or -1.
-int OnlyChild(const SkeletonMap& map, int i) {
+int OnlyChild(const BodyMap& map, int i) {
   int child = -1;
   for (int j = 0; j < static_cast<int>(map.bodies.size()); ++j) {
     if (map.bodies[j].parent != i) continue;
@@ -109,7 +109,7 @@ int OnlyChild(const SkeletonMap& map, int i) {
 // rest pose: limbs (bodies with one child) point along the source's, others
 // follow their parent.
 void Align(const SourceSkeleton& skeleton, const ZeroPose& zero,
-           SkeletonMap* map) {
+           BodyMap* map) {
   std::vector<Quaterniond> turn(map->bodies.size(), Quaterniond::Identity());
   for (int i = 0; i < static_cast<int>(map->bodies.size()); ++i) {
     MappedBody& body = map->bodies[i];
@@ -127,7 +127,7 @@ void Align(const SourceSkeleton& skeleton, const ZeroPose& zero,
   }
 }
 
-int Index(const SkeletonMap& map, const SourceSkeleton& skeleton,
+int Index(const BodyMap& map, const SourceSkeleton& skeleton,
           const std::string& name) {
   const int source = skeleton.Find(name);
   for (int i = 0; i < static_cast<int>(map.bodies.size()); ++i) {
@@ -138,7 +138,7 @@ int Index(const SkeletonMap& map, const SourceSkeleton& skeleton,
 
 // Leg lengths and hip centres. Precondition: CheckRequired passed.
 void Measure(const SourceSkeleton& skeleton, const ZeroPose& zero,
-             SkeletonMap* map) {
+             BodyMap* map) {
   double model_length = 0;
   double source_length = 0;
   map->source_hips.setZero();
@@ -162,7 +162,7 @@ void Measure(const SourceSkeleton& skeleton, const ZeroPose& zero,
 // Adds the body that plays source joint `source`, if the model has one.
 void AddBody(const SourceSkeleton& skeleton, const mjModel& model, int root,
              const std::vector<SemanticJoint>& semantics, int source,
-             SkeletonMap* map) {
+             BodyMap* map) {
   const SourceJoint& joint = skeleton.joints[source];
   const int body =
       joint.parent < 0 ? root : FindBody(model, joint.name, semantics);
@@ -187,7 +187,7 @@ void AddBody(const SourceSkeleton& skeleton, const mjModel& model, int root,
 
 }  // namespace
 
-absl::StatusOr<SkeletonMap> MakeSkeletonMap(
+absl::StatusOr<BodyMap> MakeBodyMap(
     const SourceSkeleton& skeleton, const mjModel& model,
     const std::vector<SemanticJoint>& semantics) {
   if (model.njnt == 0 || model.jnt_type[0] != mjJNT_FREE) {
@@ -195,7 +195,7 @@ absl::StatusOr<SkeletonMap> MakeSkeletonMap(
         "character: expected a free joint on its first body, found none");
   }
   const int root = model.jnt_bodyid[0];
-  SkeletonMap map;
+  BodyMap map;
   for (int i = 0; i < static_cast<int>(skeleton.joints.size()); ++i) {
     AddBody(skeleton, model, root, semantics, i, &map);
   }

@@ -1,5 +1,5 @@
-#ifndef SINEW_SIM_IMPORT_RETARGET_SKELETON_MAP_H_
-#define SINEW_SIM_IMPORT_RETARGET_SKELETON_MAP_H_
+#ifndef SINEW_SIM_IMPORT_RETARGET_BODY_MAP_H_
+#define SINEW_SIM_IMPORT_RETARGET_BODY_MAP_H_
 
 #include <mujoco/mujoco.h>
 
@@ -32,7 +32,7 @@ struct MappedBody {
 
 // How a source skeleton plays on a model. The model's zero pose faces +x
 // upright with an identity root rotation; limbs may point anywhere.
-struct SkeletonMap {
+struct BodyMap {
   std::vector<MappedBody> bodies;  // root first, parents before children
   // Source joints that have no counterpart; their rotation is lost.
   std::vector<std::string> unmapped;
@@ -46,10 +46,10 @@ struct SkeletonMap {
 // it or like one of its aliases (chest: abdomen, waist, ...), with any suffix
 // after "_". INVALID_ARGUMENT naming the joint and what was looked for if hips,
 // knees or ankles are missing, or if the root's first body has no free joint.
-absl::StatusOr<SkeletonMap> MakeSkeletonMap(
+absl::StatusOr<BodyMap> MakeBodyMap(
     const SourceSkeleton& skeleton, const mjModel& model,
     const std::vector<SemanticJoint>& semantics);
 
 }  // namespace sinew::import
 
-#endif  // SINEW_SIM_IMPORT_RETARGET_SKELETON_MAP_H_
+#endif  // SINEW_SIM_IMPORT_RETARGET_BODY_MAP_H_
