@@ -42,7 +42,7 @@ void AddPreview(const SourcePreview& preview, TensorMap* tensors) {
 }
 
 absl::StatusOr<Json> ToJson(const ClipReport& report,
-                            const std::string& clip_sha256) {
+                            const std::string& clip) {
   Json json = {{"version", kEntryVersion},
                {"file", report.file},
                {"code", static_cast<int>(report.status.code())},
@@ -52,8 +52,10 @@ absl::StatusOr<Json> ToJson(const ClipReport& report,
                {"seam_max_rad", report.seam_max_rad},
                {"supported_share", report.supported_share},
                {"warnings", report.warnings},
+               {"source_warnings", report.source_warnings},
                {"core_seconds", report.core_seconds},
-               {"clip_sha256", clip_sha256}};
+               {"clip_bytes", clip.size()},
+               {"clip_sha256", Sha256Hex(clip)}};
   std::string info;
   const auto printed =
       google::protobuf::util::MessageToJsonString(report.info, &info);
@@ -82,6 +84,7 @@ absl::StatusOr<ClipReport> FromJson(const Json& json, const std::string& key) {
   report.seam_max_rad = json.at("seam_max_rad");
   report.supported_share = json.at("supported_share");
   report.warnings = json.at("warnings").get<std::vector<std::string>>();
+  report.source_warnings = json.at("source_warnings");
   report.core_seconds = json.at("core_seconds");
   const auto parsed = google::protobuf::util::JsonStringToMessage(
       json.at("info").get<std::string>(), &report.info);
@@ -107,7 +110,9 @@ absl::StatusOr<ClipReport> ClipCache::FindReport(const std::string& key) const {
   if (!json.ok()) return NotThere(key);
   try {
     SINEW_ASSIGN_OR_RETURN(ClipReport report, FromJson(*json, key));
-    if (report.measured() && !FileExists(ClipPath(folder_, key))) {
+    if (!report.measured()) return report;
+    const auto bytes = FileSize(ClipPath(folder_, key));
+    if (!bytes.ok() || *bytes != json->at("clip_bytes").get<int64_t>()) {
       return NotThere(key);
     }
     return report;
@@ -124,8 +129,10 @@ absl::StatusOr<TensorMap> ClipCache::LoadTensors(const std::string& key) const {
   const std::string found = Sha256Hex(bytes);
   const std::string expected = json.value("clip_sha256", std::string());
   if (found != expected) {
-    return absl::DataLossError(absl::StrCat(path, ": expected SHA-256 ",
-                                            expected, ", found ", found));
+    SINEW_RETURN_IF_ERROR(RemoveRecursively(ReportPath(folder_, key)));
+    return absl::DataLossError(
+        absl::StrCat(path, ": expected SHA-256 ", expected, ", found ", found,
+                     ": altered; the next import makes it anew"));
   }
   return ParseSafetensors(bytes, path);
 }
@@ -163,7 +170,7 @@ absl::Status ClipCache::Store(const std::string& key, const ClipReport& report,
   AddPreview(clip.preview, &tensors);
   const std::string bytes = SerializeSafetensors(tensors);
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(ClipPath(folder_, key), bytes));
-  SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, Sha256Hex(bytes)));
+  SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, bytes));
   return WriteFileAtomically(
       ReportPath(folder_, key),
       json.dump(-1, ' ', /*ensure_ascii=*/false,

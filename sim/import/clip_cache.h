@@ -32,7 +32,8 @@ class ClipCache {
   // or fitting; `file` as it was then.
   absl::StatusOr<ClipReport> FindReport(const std::string& key) const;
 
-  // The frame tensors of a clip; DATA_LOSS if they are not those of the report.
+  // The frame tensors of a clip; DATA_LOSS if they are not those of the report:
+  // the entry is removed then.
   absl::StatusOr<TensorMap> LoadFrames(const std::string& key) const;
   absl::StatusOr<SourcePreview> LoadPreview(const std::string& key) const;
 

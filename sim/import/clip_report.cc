@@ -91,6 +91,7 @@ void AddMeasurements(const ClipReport& report, double rate, Json* clip) {
   }
   (*clip)["retarget_errors"] = std::move(errors);
   (*clip)["import_core_seconds"] = Number(report.core_seconds);
+  (*clip)["cache_key"] = report.cache_key;
 }
 
 Json ClipJson(const ClipReport& report, double rate) {

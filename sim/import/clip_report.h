@@ -30,8 +30,10 @@ struct ClipReport {
   double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
-  // Things worth a look, one sentence each.
+  // Things worth a look, one sentence each; the first `source_warnings` are
+  // about the file itself, and warn.
   std::vector<std::string> warnings;
+  int source_warnings = 0;
   // Seconds of one core that reading and fitting took.
   double core_seconds = 0;
   // Its entry in the cache (clip_cache.h), with frames and preview if the clip
@@ -57,7 +59,7 @@ struct ClipReport {
 //                 "quaternion_order", "map", "concluded": [...]},
 //      "figures": {...},                              see kFigures in the .cc
 //      "retarget_errors": [{"joint", "mean_cm", "max_cm"}],
-//      "import_core_seconds"}]}
+//      "import_core_seconds", "cache_key"}]}
 //
 // "reason" is empty for an ok clip. Pure.
 nlohmann::json ReportJson(absl::Span<const ClipReport> reports,

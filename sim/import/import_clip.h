@@ -53,8 +53,10 @@ struct ImportedClip {
   double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
-  // Things worth a look, one sentence each.
+  // Things worth a look, one sentence each; the first `source_warnings` are
+  // about the file itself.
   std::vector<std::string> warnings;
+  int source_warnings = 0;
 };
 
 // Plays a clip on a character and computes what a library holds of it. Pure.

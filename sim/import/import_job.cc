@@ -17,6 +17,9 @@
 namespace sinew::import {
 namespace {
 
+// Map of a skeleton that no known map fits (retarget.h).
+constexpr char kDraftName[] = "draft";
+
 // Seconds that this thread has computed.
 double ThreadSeconds() {
   timespec now{};
@@ -51,7 +54,7 @@ absl::StatusOr<ImportedClip> Import(const ImportContext& context,
   }
   SINEW_ASSIGN_OR_RETURN(
       const Source source,
-      ReadClip(job.file, bytes, name, context.model, context.options.read));
+      ReadClip(job.file, bytes, name, &context.model, context.options.read));
   ClipOptions options;
   options.rate = context.options.rate;
   if (context.options.map) options.map = &*context.options.map;
@@ -93,6 +96,16 @@ void Judge(ClipReport* report) {
     return;
   }
   report->verdict = JudgeQuality(report->info.quality());
+  Verdict& verdict = report->verdict;
+  if (verdict.status == ClipStatus::kOk &&
+      (report->source_warnings > 0 ||
+       report->info.source().map() == kDraftName)) {
+    verdict.status = ClipStatus::kWarned;
+    verdict.reason = report->source_warnings > 0
+                         ? report->warnings.front()
+                         : "no known skeleton map fits; one was drafted from "
+                           "joint names and rest pose";
+  }
   if (report->verdict.status == ClipStatus::kRejected) {
     report->status = absl::FailedPreconditionError(
         absl::StrCat(report->file, ": ", report->verdict.reason));
@@ -121,6 +134,7 @@ ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
   report.seam_max_rad = clip->seam_max_rad;
   report.supported_share = clip->supported_share;
   report.warnings = clip->warnings;
+  report.source_warnings = clip->source_warnings;
   report.cache_key = key;
   report.status = context.cache.Store(key, report, *clip);
   return report;

@@ -163,7 +163,9 @@ absl::Status WriteAll(const character::Character& character,
                       absl::Span<const ClipReport> reports,
                       const std::string& directory) {
   const std::string outcome = OutcomeDigest(context.options_sha256, reports);
-  if (UpToDate(directory, outcome)) return absl::OkStatus();
+  const bool same = UpToDate(directory, outcome);
+  if (context.options.changed != nullptr) *context.options.changed = !same;
+  if (same) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       JoinPath(directory, kReportFile),
       Dump(ReportJson(reports, character.name(), context.options.rate))));

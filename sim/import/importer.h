@@ -42,6 +42,8 @@ struct ImportOptions {
   // Called after every file, by one thread at a time.
   std::function<void(const ImportProgress&)> on_progress = {};
   StopToken stop = {};
+  // Set to whether anything was written, if not null.
+  bool* changed = nullptr;
 };
 
 // Reads files of any format, fits each to the character, holds the figures

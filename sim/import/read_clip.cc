@@ -28,7 +28,7 @@ absl::StatusOr<std::vector<std::string>> CompanionFiles(
 absl::StatusOr<Source> ReadClip(const std::string& path,
                                 absl::string_view bytes,
                                 absl::string_view name,
-                                const ImportModel& /*model*/,
+                                const ImportModel* /*model*/,
                                 const ReadClipOptions& options) {
   SINEW_ASSIGN_OR_RETURN(const ClipFormat format,
                          FormatOf(path, bytes, options));

@@ -34,14 +34,15 @@ absl::StatusOr<std::vector<std::string>> CompanionFiles(
 
 // A clip of any format. `bytes` is the file's content, `name` becomes the
 // clip's; `model` is the character, whose joints a robot's recordings are held
-// against. Blocks on reading companions.
+// against (null: none, and robots' recordings are refused). Blocks on reading
+// companions.
 //
 // Total: any bytes give a clip or an error naming the file (INVALID_ARGUMENT,
 // RESOURCE_EXHAUSTED, NOT_FOUND for companions).
 absl::StatusOr<Source> ReadClip(const std::string& path,
                                 absl::string_view bytes,
                                 absl::string_view name,
-                                const ImportModel& model,
+                                const ImportModel* model,
                                 const ReadClipOptions& options);
 
 // The files that a user means: folders are walked (sorted, without following
