@@ -52,7 +52,6 @@ absl::StatusOr<Json> ToJson(const ClipReport& report,
                {"seam_max_rad", report.seam_max_rad},
                {"supported_share", report.supported_share},
                {"warnings", report.warnings},
-               {"source_warnings", report.source_warnings},
                {"core_seconds", report.core_seconds},
                {"clip_bytes", clip.size()},
                {"clip_sha256", Sha256Hex(clip)}};
@@ -84,7 +83,6 @@ absl::StatusOr<ClipReport> FromJson(const Json& json, const std::string& key) {
   report.seam_max_rad = json.at("seam_max_rad");
   report.supported_share = json.at("supported_share");
   report.warnings = json.at("warnings").get<std::vector<std::string>>();
-  report.source_warnings = json.at("source_warnings");
   report.core_seconds = json.at("core_seconds");
   const auto parsed = google::protobuf::util::JsonStringToMessage(
       json.at("info").get<std::string>(), &report.info);

@@ -30,10 +30,8 @@ struct ClipReport {
   double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
-  // Things worth a look, one sentence each; the first `source_warnings` are
-  // about the file itself, and warn.
+  // Things worth knowing, one sentence each; they do not change the status.
   std::vector<std::string> warnings;
-  int source_warnings = 0;
   // Seconds of one core that reading and fitting took.
   double core_seconds = 0;
   // Its entry in the cache (clip_cache.h), with frames and preview if the clip

@@ -69,7 +69,6 @@ absl::StatusOr<ImportedClip> Finish(const ImportModel& model, const Clip& clip,
   imported.seam_max_rad = played.seam_max_rad;
   imported.supported_share = played.supported_share;
   imported.warnings = std::move(played.warnings);
-  imported.source_warnings = static_cast<int>(clip.warnings.size());
   return imported;
 }
 

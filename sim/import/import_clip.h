@@ -53,10 +53,8 @@ struct ImportedClip {
   double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
-  // Things worth a look, one sentence each; the first `source_warnings` are
-  // about the file itself.
+  // Things worth a look, one sentence each.
   std::vector<std::string> warnings;
-  int source_warnings = 0;
 };
 
 // Plays a clip on a character and computes what a library holds of it. Pure.

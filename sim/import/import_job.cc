@@ -98,13 +98,11 @@ void Judge(ClipReport* report) {
   report->verdict = JudgeQuality(report->info.quality());
   Verdict& verdict = report->verdict;
   if (verdict.status == ClipStatus::kOk &&
-      (report->source_warnings > 0 ||
-       report->info.source().map() == kDraftName)) {
+      report->info.source().map() == kDraftName) {
     verdict.status = ClipStatus::kWarned;
-    verdict.reason = report->source_warnings > 0
-                         ? report->warnings.front()
-                         : "no known skeleton map fits; one was drafted from "
-                           "joint names and rest pose";
+    verdict.reason =
+        "no known skeleton map fits; one was drafted from joint names and "
+        "rest pose";
   }
   if (report->verdict.status == ClipStatus::kRejected) {
     report->status = absl::FailedPreconditionError(
@@ -134,7 +132,6 @@ ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
   report.seam_max_rad = clip->seam_max_rad;
   report.supported_share = clip->supported_share;
   report.warnings = clip->warnings;
-  report.source_warnings = clip->source_warnings;
   report.cache_key = key;
   report.status = context.cache.Store(key, report, *clip);
   return report;
