@@ -94,6 +94,24 @@ class Skeleton {
   }
 }
 
+// Squares of half a metre, to see speed and sliding by.
+function checkTexture(dark) {
+  const tile = h("canvas", {width: 64, height: 64});
+  const context = tile.getContext("2d");
+  context.fillStyle = dark ? "#1f2328" : "#eeece6";
+  context.fillRect(0, 0, 64, 64);
+  context.fillStyle = dark ? "#272c32" : "#e4e1d8";
+  context.fillRect(0, 0, 32, 32);
+  context.fillRect(32, 32, 32, 32);
+  const texture = new THREE.CanvasTexture(tile);
+  texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+  texture.repeat.set(120, 120);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.magFilter = THREE.NearestFilter;
+  texture.anisotropy = 8;
+  return texture;
+}
+
 function makeScene(dark) {
   const scene = new THREE.Scene();
   scene.background = new THREE.Color(dark ? 0x1f2328 : 0xeeece6);
@@ -106,11 +124,10 @@ function makeScene(dark) {
   const floor = new THREE.Mesh(new THREE.PlaneGeometry(120, 120), new THREE.ShadowMaterial({
     opacity: 0.28}));
   floor.receiveShadow = true;
-  const lines = new THREE.GridHelper(120, 120, dark ? 0x4a5058 : 0xc9c4b8,
-                                     dark ? 0x33383f : 0xdcd8cd);
-  lines.rotation.x = Math.PI / 2;
-  lines.position.z = -0.002;
-  scene.add(sun, sun.target, floor, lines);
+  const checks = new THREE.Mesh(new THREE.PlaneGeometry(120, 120),
+      new THREE.MeshBasicMaterial({map: checkTexture(dark)}));
+  checks.position.z = -0.004;
+  scene.add(sun, sun.target, floor, checks);
   return {scene, sun};
 }
 
