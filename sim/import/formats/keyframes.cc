@@ -14,8 +14,8 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/mjcf_joints.h"
-#include "sim/import/formats/read_options.h"
 
 namespace sinew::import {
 namespace {

@@ -15,8 +15,8 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/number_table.h"
-#include "sim/import/formats/read_options.h"
 
 namespace sinew::import {
 namespace {

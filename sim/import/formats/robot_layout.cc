@@ -8,7 +8,7 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "common/workspace_files.h"
-#include "sim/import/formats/read_options.h"
+#include "sim/import/formats/file_frame.h"
 
 namespace sinew::import {
 namespace {

@@ -15,8 +15,8 @@
 #include "absl/strings/str_join.h"
 #include "common/status_macros.h"
 #include "sim/import/formats/axes.h"
+#include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/npz.h"
-#include "sim/import/formats/read_options.h"
 #include "sim/import/formats/smpl_skeleton.h"
 #include "sim/motion/rotation.h"
 
@@ -29,7 +29,6 @@ using Eigen::Vector3d;
 // Beyond them numbers cannot be what they should.
 constexpr double kMaxAngle = 1000;      // rad
 constexpr double kMaxPosition = 1e6;    // m
-constexpr double kMaxRate = 10000;      // frames per second
 // A shape coefficient is in standard deviations of the population.
 constexpr double kOddShape = 3;
 
@@ -143,11 +142,11 @@ absl::StatusOr<double> ReadRate(const NpzFile& file,
     rate = array.Number(0);
     from = *member;
   }
-  if (!(rate > 0 && rate <= kMaxRate)) {
+  if (!(rate > 0 && rate <= kMaxFramesPerSecond)) {
     return MemberError(file, from,
                        absl::StrFormat("expected more than 0 and at most %g "
                                        "frames per second, found %g",
-                                       kMaxRate, rate));
+                                       kMaxFramesPerSecond, rate));
   }
   return rate;
 }
