@@ -50,7 +50,7 @@ TEST(Library, OpeningRefusesATruncatedFramesFile) {
     files.frames.resize(size);
     EXPECT_THAT(Library::Load(Put("cut", files)),
                 StatusIs(absl::StatusCode::kDataLoss,
-                         AllOf(HasSubstr("cut: frames.safetensors: expected"),
+                         AllOf(HasSubstr("cut: frames.safetensors: "),
                                HasSubstr("truncated, altered"))));
     files = GoodFiles();
   }
