@@ -9,10 +9,9 @@
 #include "sim/import/formats/asf_amc.h"
 #include "sim/import/formats/bvh.h"
 #include "sim/import/formats/deepmimic.h"
-#include "sim/import/formats/fbx.h"
+#include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/keyframes.h"
 #include "sim/import/formats/quaternion_order.h"
-#include "sim/import/formats/read_options.h"
 #include "sim/import/formats/robot_csv.h"
 #include "sim/import/formats/robot_layout.h"
 #include "sim/import/formats/smpl_npz.h"
@@ -111,7 +110,6 @@ absl::StatusOr<Source> ReadClip(const std::string& path,
     case ClipFormat::kKeyframes:
       return ParseKeyframes(bytes, name, path, read);
     case ClipFormat::kFbx:
-      return ParseFbx(bytes, name, path, read);
     case ClipFormat::kRobotNpz:
       break;
   }
