@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "sim/import/apply_edits.h"
 #include "sim/import/clip_frames.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/retarget.h"
@@ -58,9 +59,16 @@ void FillInfo(const Retargeted& played, const std::string& name,
 
 template <typename Clip>
 absl::StatusOr<ImportedClip> Finish(const ImportModel& model, const Clip& clip,
+                                    const ClipOptions& options,
                                     Retargeted played) {
   ImportedClip imported;
   Dynamics dynamics(model);
+  if (HasEdits(options.edits)) {
+    const MotionMirror none;
+    SINEW_RETURN_IF_ERROR(
+        ApplyEdits(options.mirror == nullptr ? none : *options.mirror,
+                   options.edits, &dynamics, &played));
+  }
   imported.frames = MakeClipFrames(&dynamics, played.motion, played.frames);
   FillInfo(played, clip.name, clip.facts, &imported.info);
   imported.preview = MakePreview(played);
@@ -84,13 +92,13 @@ absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
     SINEW_RETURN_IF_ERROR(CheckDuration(clip->name, clip->duration()));
     SINEW_ASSIGN_OR_RETURN(Retargeted played,
                            RetargetClip(model, *clip, retarget));
-    return Finish(model, *clip, std::move(played));
+    return Finish(model, *clip, options, std::move(played));
   }
   const auto& clip = std::get<RobotClip>(source);
   SINEW_RETURN_IF_ERROR(CheckDuration(clip.name, clip.duration()));
   SINEW_ASSIGN_OR_RETURN(Retargeted played,
                          FitRobotClip(model, clip, retarget));
-  return Finish(model, clip, std::move(played));
+  return Finish(model, clip, options, std::move(played));
 }
 
 }  // namespace sinew::import

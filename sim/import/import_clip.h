@@ -8,6 +8,7 @@
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/skeleton_map.pb.h"
+#include "sim/import/edit.h"
 #include "sim/import/formats/source_clip.h"
 #include "sim/import/retarget/import_model.h"
 
@@ -37,6 +38,10 @@ struct ClipOptions {
   double rate = 30;
   // Roles of the source's joints; null: found or drafted.
   const v1::SkeletonMap* map = nullptr;
+  // What to do with the clip once it is on the character.
+  EditOptions edits = {};
+  // Of the character; must be set if edits.mirror.
+  const MotionMirror* mirror = nullptr;
 };
 
 // A clip on a character, ready for a library.

@@ -38,6 +38,7 @@ std::string Key(const ImportContext& context, const ImportJob& job) {
   AddField("options", context.options_sha256, &text);
   AddField("content", job.sha256, &text);
   AddField("companions", job.companions_sha256, &text);
+  AddField("mirrored", job.mirrored ? "yes" : "no", &text);
   // Formats without a signature are told apart by the extension.
   AddField("kind", job.file.substr(job.file.find_last_of("./") + 1), &text);
   return Sha256Hex(text);
@@ -58,6 +59,9 @@ absl::StatusOr<ImportedClip> Import(const ImportContext& context,
   ClipOptions options;
   options.rate = context.options.rate;
   if (context.options.map) options.map = &*context.options.map;
+  options.edits = context.options.edits;
+  options.edits.mirror = job.mirrored;
+  options.mirror = context.mirror;
   return ImportClip(context.model, source, options);
 }
 
@@ -75,10 +79,11 @@ absl::Status WithFile(const std::string& file, const absl::Status& status) {
 void Dress(const ImportContext& context, const ImportJob& job,
            const std::string& name, ClipReport* report) {
   report->file = job.file;
-  report->name = name;
+  report->name = job.mirrored ? absl::StrCat(name, kMirrorSuffix) : name;
   if (!report->measured()) return;
   v1::ClipInfo& info = report->info;
-  info.set_name(name);
+  info.set_name(report->name);
+  info.set_mirror_of(job.mirrored ? name : "");
   const std::string stem = ClipName(job.file);
   info.set_source_file(absl::StrCat(
       stem, job.file.substr(job.file.size() -
@@ -175,6 +180,12 @@ std::string OptionsDigest(const std::string& character_digest,
   AddField("up", read.up_axis ? std::string(1, *read.up_axis) : "", &text);
   AddField("fps", number(read.frames_per_second), &text);
   AddField("order", read.quaternion_order.value_or(""), &text);
+  const EditOptions& edits = options.edits;
+  AddField("edits",
+           absl::StrCat(edits.from_s, " ", edits.to_s, " ", edits.loop, " ",
+                        edits.loop_options.least_s, " ",
+                        edits.loop_options.most_s, " ", edits.align_heading),
+           &text);
   AddField("map", options.map ? SerializeDeterministically(*options.map) : "",
            &text);
   return Sha256Hex(text);

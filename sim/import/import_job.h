@@ -16,6 +16,8 @@ struct ImportJob {
   absl::Status readable;  // OK, or why it could not be read
   std::string sha256;     // of the content; of the companions, in one
   std::string companions_sha256;
+  // The mirror image of the clip is meant.
+  bool mirrored = false;
 };
 
 // Reads a file once to know it by its content. Blocking: on the disk.
@@ -29,7 +31,12 @@ struct ImportContext {
   // its result depends on.
   std::string options_sha256;
   const ClipCache& cache;
+  // Of the character; null: it has none.
+  const MotionMirror* mirror = nullptr;
 };
+
+// What a clip's mirror image is called: NAME_mirror.
+inline constexpr char kMirrorSuffix[] = "_mirror";
 
 // The digest for ImportContext.
 std::string OptionsDigest(const std::string& character_digest,
@@ -37,7 +44,7 @@ std::string OptionsDigest(const std::string& character_digest,
 
 // Takes the clip from the cache or imports it and puts it there. Never fails:
 // what goes wrong is the report's status (also if the cache cannot be written).
-// `name` is the clip's; the report's info is complete but for first_frame.
+// `name` is the clip's (without kMirrorSuffix); the report's info is complete but for first_frame.
 //
 // Thread-safety: yes. Blocking: on the disk; seconds of computation.
 ClipReport RunJob(const ImportContext& context, const ImportJob& job,

@@ -80,7 +80,21 @@ ClipReport Refused(const ImportJob& job, const absl::Status& status) {
   return report;
 }
 
-// One report per file, in order.
+// The clip of a job if it has a name.
+ClipReport RunNamed(const ImportContext& context, const ImportJob& job,
+                    const absl::StatusOr<std::string>& name) {
+  if (!job.readable.ok()) return Refused(job, job.readable);
+  if (!name.ok()) return Refused(job, name.status());
+  ClipReport report = RunJob(context, job, *name);
+  const std::string plain = ClipName(job.file);
+  if (*name != plain && report.measured()) {
+    report.warnings.push_back(absl::StrCat("another file is called ", plain,
+                                           "; this clip is ", report.name));
+  }
+  return report;
+}
+
+// One report per file and copy, in order.
 std::vector<ClipReport> RunJobs(const ImportContext& context,
                                 const std::vector<std::string>& files,
                                 int threads) {
@@ -93,21 +107,24 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
   for (const ImportJob& job : jobs) named.push_back({job.file, job.sha256});
   const auto names = UniqueNames(named);
 
-  std::vector<ClipReport> reports(files.size());
-  Telling telling(options, count);
-  ForEachIndex(count, threads, options.stop, [&](int i) {
-    if (!jobs[i].readable.ok()) {
-      reports[i] = Refused(jobs[i], jobs[i].readable);
-    } else if (!names[i].ok()) {
-      reports[i] = Refused(jobs[i], names[i].status());
-    } else {
-      reports[i] = RunJob(context, jobs[i], *names[i]);
-      const std::string plain = ClipName(files[i]);
-      if (*names[i] != plain && reports[i].measured()) {
-        reports[i].warnings.push_back(absl::StrCat(
-            "another file is called ", plain, "; this clip is ", *names[i]));
-      }
+  std::set<std::string> taken;
+  for (const auto& name : names) {
+    if (name.ok()) taken.insert(*name);
+  }
+  const int copies = options.edits.mirror ? 2 : 1;
+  std::vector<ClipReport> reports(copies * files.size());
+  Telling telling(options, copies * count);
+  ForEachIndex(copies * count, threads, options.stop, [&](int i) {
+    ImportJob job = jobs[i / copies];
+    job.mirrored = i % copies == 1;
+    absl::StatusOr<std::string> name = names[i / copies];
+    if (job.mirrored && name.ok() &&
+        taken.contains(absl::StrCat(*name, kMirrorSuffix))) {
+      name = absl::AlreadyExistsError(
+          absl::StrCat(job.file, ": expected a unique name for its mirror "
+                       "image, found a file called ", *name, kMirrorSuffix));
     }
+    reports[i] = RunNamed(context, job, name);
     telling.Done(reports[i]);
   });
   return reports;
@@ -200,8 +217,13 @@ absl::Status ImportFiles(const character::Character& character,
   SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
   SINEW_ASSIGN_OR_RETURN(const auto lock, DirectoryLock::Acquire(directory));
   const ClipCache cache(JoinPath(directory, kCacheFolder));
-  const ImportContext context{
-      model, options, OptionsDigest(character.digest(), options), cache};
+  MotionMirror mirror;
+  if (options.edits.mirror) {
+    SINEW_ASSIGN_OR_RETURN(mirror, MakeMotionMirror(character));
+  }
+  const ImportContext context{model, options,
+                              OptionsDigest(character.digest(), options),
+                              cache, &mirror};
   const int threads =
       options.threads > 0 ? options.threads : AvailableCpus();
   *reports = RunJobs(context, files, threads);

@@ -11,6 +11,7 @@
 #include "proto/sinew/v1/skeleton_map.pb.h"
 #include "sim/character/character.h"
 #include "sim/import/clip_report.h"
+#include "sim/import/edit.h"
 #include "sim/import/read_clip.h"
 
 namespace sinew::import {
@@ -37,6 +38,9 @@ struct ImportOptions {
   ReadClipOptions read = {};
   // Roles of the source's joints; unset: found or drafted for each file.
   std::optional<v1::SkeletonMap> map = {};
+  // What to do with every clip once it is on the character. `mirror` adds the
+  // mirror image of each as a clip of its own, NAME_mirror.
+  EditOptions edits = {};
   // Threads; 0: all processors that this process may use.
   int threads = 0;
   // Called after every file, by one thread at a time.
@@ -54,8 +58,8 @@ struct ImportOptions {
 //   LIB/cache/                                  clip_cache.h
 //   LIB/import.json                             what the library was made of
 //
-// A bad file never stops the others: `reports` gets one entry per file, in
-// order, also when the call fails. Names and what becomes of a second file of a
+// A bad file never stops the others: `reports` gets one entry per file (two with
+// edits.mirror), in order, also when the call fails. Names and what becomes of a second file of a
 // name: clip_name.h. Results do not depend on the number of threads. Files that
 // an earlier import with the same options has seen are not read again but for
 // their digest; if nothing at all changed, nothing is written.

@@ -35,6 +35,8 @@ struct Options {
   std::string up;   // empty: not given
   double fps = 0;   // 0: not given
   std::string quaternion_order;
+  std::vector<double> trim;  // from, to, seconds
+  bool loop = false, mirror = false, align = false;
   int threads = 0;
   int pictures = 24;
   bool no_pictures = false, no_html = false, quiet = false;
@@ -55,6 +57,13 @@ absl::StatusOr<import::ImportOptions> Importing(const Options& options) {
   if (!options.quaternion_order.empty()) {
     read.quaternion_order = options.quaternion_order;
   }
+  if (!options.trim.empty()) {
+    importing.edits.from_s = options.trim[0];
+    importing.edits.to_s = options.trim[1];
+  }
+  importing.edits.loop = options.loop;
+  importing.edits.mirror = options.mirror;
+  importing.edits.align_heading = options.align;
   if (!options.map.empty()) {
     SINEW_ASSIGN_OR_RETURN(importing.map, import::LoadSkeletonMap(options.map));
   }
@@ -255,6 +264,26 @@ void AddReading(CLI::App* command, Options* options) {
       ->group(group);
 }
 
+void AddEditing(CLI::App* command, Options* options) {
+  const char* group = "What to do with every clip";
+  command
+      ->add_option("--trim", options->trim, "keep from, to (two numbers, s)")
+      ->expected(2)
+      ->group(group);
+  command
+      ->add_flag("--loop", options->loop,
+                 "keep the frames that repeat best, as a loop")
+      ->group(group);
+  command
+      ->add_flag("--mirror", options->mirror,
+                 "add its mirror image, as NAME_mirror")
+      ->group(group);
+  command
+      ->add_flag("--align", options->align,
+                 "begin at the origin, looking along x")
+      ->group(group);
+}
+
 }  // namespace
 
 void AddMotionImport(CLI::App& motion, Action& action) {
@@ -269,6 +298,7 @@ void AddMotionImport(CLI::App& motion, Action& action) {
                       "origin of the data");
   command->add_option("--licence", options->licence, "licence of the data");
   AddReading(command, options.get());
+  AddEditing(command, options.get());
   command->add_option("--threads", options->threads,
                       "default: all processors");
   command->add_option("--pictures", options->pictures,
