@@ -157,6 +157,7 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
                                         const RobotClip& clip,
                                         const RetargetOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckModel(model));
   const Columns columns = MatchColumns(model, clip);
   SINEW_RETURN_IF_ERROR(CheckColumns(model, clip, columns));
   const SourceTrack track = MakeTrack(AsBalls(clip), options.rate);
@@ -173,11 +174,8 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   Dynamics dynamics(model);
   std::vector<bool> supported = FindSupport(&dynamics, motion);
   if (IsOffTheFloor(&dynamics, supported, motion)) {
-    CalibrateGround(&dynamics, supported, &motion);
-    supported = FindSupport(&dynamics, motion, /*ground=*/0);
-    CalibrateGround(&dynamics, supported, &motion);
+    supported = PlaceOnFloor(&dynamics, &motion);
   }
-  MakeFlightsBallistic(&dynamics, supported, &motion);
   Settle(options, supported, &dynamics, &result);
   result.quality.set_joint_limit_violation_share(beyond);
   return result;

@@ -13,6 +13,16 @@ absl::Status CheckOptions(const RetargetOptions& options) {
       options.rate));
 }
 
+absl::Status CheckModel(const ImportModel& model) {
+  if (model.model->njnt == 0 || model.model->jnt_type[0] != mjJNT_FREE) {
+    return absl::InvalidArgumentError(
+        "character: expected a free joint on its first body, found none");
+  }
+  if (!model.feet.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      "character: expected feet to stand on, found none");
+}
+
 void Settle(const RetargetOptions& options, const std::vector<bool>& supported,
             Dynamics* dynamics, Retargeted* result) {
   ModelMotion& motion = result->motion;
