@@ -73,10 +73,9 @@ class Parser {
 
  private:
   absl::Status Error(absl::string_view expected, absl::string_view found) {
-    return LineError(
-        source_, lines_.number(),
-        absl::StrCat("expected ", expected, ", found ",
-                     found.empty() ? "none" : Quoted(found)));
+    return LineError(source_, lines_.number(),
+                     absl::StrCat("expected ", expected, ", found ",
+                                  found.empty() ? "none" : Quoted(found)));
   }
 
   absl::Status ReadLine() {
@@ -190,7 +189,8 @@ class Parser {
     Bone& bone = bones_.back();
     if (key == "end") return EndBone();
     if (key == "name") {
-      absl::StatusOr<std::string> name = ParseName(TakeWord(&rest));
+      if (!bone.name.empty()) return Error("one name a bone", rest);
+      absl::StatusOr<std::string> name = ParseName(rest);
       if (!name.ok()) {
         return LineError(source_, lines_.number(), name.status().message());
       }
@@ -250,9 +250,9 @@ class Parser {
       if (parent == index.end() || child == index.end()) {
         return LineError(
             source_, link.line,
-            absl::StrCat("expected a bone of :bonedata, found ",
-                         Quoted(parent == index.end() ? link.parent
-                                                      : link.child)));
+            absl::StrCat(
+                "expected a bone of :bonedata, found ",
+                Quoted(parent == index.end() ? link.parent : link.child)));
       }
       if (child->second == 0 || has_parent[child->second]) {
         return LineError(source_, link.line,
@@ -268,8 +268,7 @@ class Parser {
 
   // Joints in the order of the hierarchy, parents first.
   absl::StatusOr<AsfSkeleton> Build() {
-    const double unit =
-        asf_.angles_in_degrees ? std::numbers::pi / 180 : 1;
+    const double unit = asf_.angles_in_degrees ? std::numbers::pi / 180 : 1;
     for (const Bone& bone : bones_) {
       asf_.bones.push_back(
           {bone.name, -1, bone.axis.Rotation(unit), bone.channels});
@@ -330,9 +329,9 @@ class Parser {
 absl::StatusOr<AsfSkeleton> ParseAsf(absl::string_view bytes,
                                      absl::string_view source) {
   if (static_cast<int64_t>(bytes.size()) > kAsfMaxBytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        source, ": expected at most ", kAsfMaxBytes, " bytes, found ",
-        bytes.size()));
+    return absl::ResourceExhaustedError(
+        absl::StrCat(source, ": expected at most ", kAsfMaxBytes,
+                     " bytes, found ", bytes.size()));
   }
   return Parser(bytes, source).Parse();
 }

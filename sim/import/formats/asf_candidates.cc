@@ -22,10 +22,8 @@ std::vector<std::string> AsfCandidates(const std::string& amc_path) {
   const size_t slash = amc_path.rfind('/');
   const std::string folder =
       slash == std::string::npos ? "" : amc_path.substr(0, slash + 1);
-  const absl::string_view stem = Stem(
-      absl::string_view(amc_path).substr(slash == std::string::npos
-                                             ? 0
-                                             : slash + 1));
+  const absl::string_view stem = Stem(absl::string_view(amc_path).substr(
+      slash == std::string::npos ? 0 : slash + 1));
   const absl::string_view subject = stem.substr(0, stem.find('_'));
   absl::StatusOr<std::vector<std::string>> names =
       ListDirectory(folder.empty() ? "." : folder);
