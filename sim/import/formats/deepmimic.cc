@@ -176,9 +176,21 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
     SINEW_ASSIGN_OR_RETURN(
         SourcePose pose, ReadPose(row, i, source, &clip.quaternion_drift));
     pose.time = time;
+    if (i > 0 && !(time > clip.poses.back().time)) {
+      return FrameError(source, i,
+                        absl::StrCat("expected a time after ", time,
+                                     " s, found the same: the frame before "
+                                     "lasts too short"));
+    }
     clip.poses.push_back(std::move(pose));
     time += row[0];
   }
+  clip.facts.set_format("deepmimic");
+  clip.facts.set_frames_per_second(
+      static_cast<double>(clip.poses.size() - 1) / clip.duration());
+  clip.facts.set_duration_s(clip.duration());
+  clip.facts.set_metres_per_unit(1);
+  clip.facts.set_up_axis("y");
   if (clip.duration() > kDeepMimicMaxSeconds) {
     return absl::InvalidArgumentError(
         absl::StrCat(source, ": expected at most ", kDeepMimicMaxSeconds,

@@ -14,6 +14,7 @@
 namespace sinew::import {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
@@ -60,6 +61,17 @@ TEST(DeepMimic, ReadsFramesIntoAWorldWithZUp) {
   EXPECT_LT(shank.x(), -0.2);
   EXPECT_LT(shank.z(), -0.2);
   EXPECT_LT(bones[clip->skeleton.Find("right_hip")].y(), 0) << "y is left";
+}
+
+TEST(DeepMimic, NotesHowItWasRead) {
+  const auto clip =
+      ParseDeepMimic(Json({Row(0.25), Row(0.25), Row(0)}), "c", "c.txt");
+
+  ASSERT_THAT(clip, IsOk());
+  EXPECT_THAT(clip->facts, EqualsProto(R"pb(
+                format: "deepmimic" frames_per_second: 4 duration_s: 0.5
+                metres_per_unit: 1 up_axis: "y"
+              )pb"));
 }
 
 TEST(DeepMimic, NormalisesQuaternionsAndReportsTheDrift) {
@@ -113,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Values, DeepMimicError,
     ::testing::Values(
+        BadFile{Json({Row(1), Row(1e-300), Row(0)}),
+                "frame 2: expected a time after 1 s, found the same"},
         BadFile{Json({Row(0.1), Short()}),
                 "frame 1: expected 44 columns, found 43"},
         BadFile{Json({Row(0.1), With(7, "NaN")}),
