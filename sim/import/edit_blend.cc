@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -164,7 +165,8 @@ absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
   Lift(dynamics, &gap);
   ModelMotion blended;
   blended.rate = first.rate;
-  for (const auto* part : {&first.qpos, &gap, &placed.qpos}) {
+  for (const std::vector<VectorXd>* part :
+       {&first.qpos, &std::as_const(gap), &placed.qpos}) {
     blended.qpos.insert(blended.qpos.end(), part->begin(), part->end());
   }
   return blended;

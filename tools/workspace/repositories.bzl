@@ -21,7 +21,9 @@ _CUDA_WHEELS = {
 }
 
 def sinew_repositories():
-    """Declares @system, @mujoco, @libtorch, @onnx_python, @pybullet_data, @mjlab_g1, @viewer_library."""
+    """Declares @system, @mujoco, @libtorch, @onnx_python, @pybullet_data, @mjlab_g1,
+    @dm_control_cmu, @viewer_library.
+    """
     system_libraries(
         name = "system",
         build_file = "//tools/workspace:system.BUILD",
@@ -95,6 +97,18 @@ def sinew_repositories():
         ],
         wheels = {
             "mjlab==1.6.0": "03d003854e2f44c48330c6dcf4c2253ff7641bb569747846825a21b9efa8540b",
+        },
+    )
+
+    pip_wheel(
+        name = "dm_control_cmu",
+        build_file = "//tools/workspace:dm_control_cmu.BUILD",
+        include = [
+            "dm_control/locomotion/walkers/assets/humanoid_CMU_V2020.xml",
+            "*.dist-info/licenses/*",
+        ],
+        wheels = {
+            "dm_control==1.0.50": "5434e1e51ff69016867426da7df6064b18d140e4d0a628f879bbcf0e7d0a586d",
         },
     )
 
