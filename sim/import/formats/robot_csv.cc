@@ -81,7 +81,8 @@ absl::StatusOr<Columns> ColumnsByCount(
   }
   return Columns{.joints = {match->joints().begin(), match->joints().end()},
                  .map = match->name(),
-                 .layout_rate = match->frames_per_second()};
+                 .layout_rate = match->frames_per_second(),
+                 .quaternion_order = ""};
 }
 
 // Columns whose names are joints of the smallest layout that has them all.
