@@ -235,8 +235,9 @@ int Main(int argc, char** argv) {
   for (const std::string& file : files) {
     const auto source = Read(file);
     const std::clock_t start = std::clock();
-    absl::StatusOr<Retargeted> played = source.status();
-    if (source.ok()) played = Play(model, *source, options);
+    const absl::StatusOr<Retargeted> played =
+        source.ok() ? Play(model, *source, options)
+                    : absl::StatusOr<Retargeted>(source.status());
     const double took = static_cast<double>(std::clock() - start) /
                         static_cast<double>(CLOCKS_PER_SEC);
     if (!played.ok()) {
