@@ -71,12 +71,11 @@ class Parser {
       unit_ = 1;
     } else if (absl::EqualsIgnoreCase(word, ":SAMPLES-PER-SECOND")) {
       const absl::StatusOr<double> rate = ParseNumber(TakeWord(&rest));
-      if (!rate.ok() || !(*rate >= kMinFramesPerSecond &&
-                          *rate <= kMaxFramesPerSecond)) {
-        return Error(absl::StrCat("expected ", kMinFramesPerSecond, " to ",
-                                  kMaxFramesPerSecond,
-                                  " samples per second, found ",
-                                  Quoted(lines_.text())));
+      if (!rate.ok() ||
+          !(*rate >= kMinFramesPerSecond && *rate <= kMaxFramesPerSecond)) {
+        return Error(absl::StrCat(
+            "expected ", kMinFramesPerSecond, " to ", kMaxFramesPerSecond,
+            " samples per second, found ", Quoted(lines_.text())));
       }
       frames_per_second_ = *rate;
     }
@@ -87,8 +86,8 @@ class Parser {
     if (!poses_.empty()) {
       SINEW_RETURN_IF_ERROR(EndFrame());
       if (number != frame_ + 1) {
-        return Error(absl::StrCat("expected the next frame after it, found ",
-                                  number));
+        return Error(
+            absl::StrCat("expected the next frame after it, found ", number));
       }
     }
     const size_t joints = asf_.skeleton.joints.size();
@@ -120,8 +119,8 @@ class Parser {
 
   absl::Status ReadBone(absl::string_view name, absl::string_view rest) {
     if (poses_.empty()) {
-      return Error(absl::StrCat("expected the number of a frame, found ",
-                                Quoted(name)));
+      return Error(
+          absl::StrCat("expected the number of a frame, found ", Quoted(name)));
     }
     const auto found = index_.find(name);
     if (found == index_.end()) {
@@ -130,8 +129,8 @@ class Parser {
     }
     const AsfBone& bone = asf_.bones[found->second];
     if (seen_[found->second]) {
-      return Error(absl::StrCat("expected each bone once, found ",
-                                Quoted(name), " twice"));
+      return Error(absl::StrCat("expected each bone once, found ", Quoted(name),
+                                " twice"));
     }
     seen_[found->second] = true;
     if (!bone.channels.empty()) ++num_seen_;
@@ -146,21 +145,19 @@ class Parser {
       const absl::StatusOr<double> value = ParseNumber(word);
       if (!value.ok()) {
         return Error(absl::StrCat("bone ", Quoted(bone.name), ": expected ",
-                                  bone.channels.size(), " numbers: ",
-                                  value.status().message()));
+                                  bone.channels.size(),
+                                  " numbers: ", value.status().message()));
       }
       if (channel.is_position) {
         pose.root_position[channel.axis] += *value;
       } else {
-        turn = Eigen::AngleAxisd(*value * unit_,
-                                 Vector3d::Unit(channel.axis)) *
+        turn = Eigen::AngleAxisd(*value * unit_, Vector3d::Unit(channel.axis)) *
                turn;
       }
     }
     if (!TakeWord(&rest).empty()) {
       return Error(absl::StrCat("bone ", Quoted(bone.name), ": expected ",
-                                bone.channels.size(),
-                                " numbers, found more"));
+                                bone.channels.size(), " numbers, found more"));
     }
     pose.rotation[bone.joint] =
         (bone.axis * turn * bone.axis.conjugate()).normalized();
@@ -200,9 +197,9 @@ absl::StatusOr<SourceClip> ParseAmc(absl::string_view bytes,
                                     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
   if (static_cast<int64_t>(bytes.size()) > kAmcMaxBytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        source, ": expected at most ", kAmcMaxBytes, " bytes, found ",
-        bytes.size()));
+    return absl::ResourceExhaustedError(
+        absl::StrCat(source, ": expected at most ", kAmcMaxBytes,
+                     " bytes, found ", bytes.size()));
   }
   Parser parser(bytes, asf, source);
   SourceClip clip;

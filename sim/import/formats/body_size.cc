@@ -36,8 +36,7 @@ std::vector<int> JointsLike(const SourceSkeleton& skeleton,
   std::vector<int> found;
   for (int i = 1; i < static_cast<int>(skeleton.joints.size()); ++i) {
     if (skeleton.joints[i].is_end) continue;
-    const std::string name =
-        absl::AsciiStrToLower(skeleton.joints[i].name);
+    const std::string name = absl::AsciiStrToLower(skeleton.joints[i].name);
     for (const char* word : words) {
       if (!absl::StrContains(name, word)) continue;
       found.push_back(i);
@@ -99,8 +98,8 @@ int UpOfPoses(const SourceClip& clip, const std::vector<int>& feet) {
   int count = 0;
   for (size_t i = 0; i < clip.poses.size(); i += step, ++count) {
     const SourcePose& pose = clip.poses[i];
-    down += Towards(feet, WorldPositions(clip.skeleton, Vector3d::Zero(),
-                                         pose.rotation));
+    down += Towards(
+        feet, WorldPositions(clip.skeleton, Vector3d::Zero(), pose.rotation));
   }
   const int axis = down.y() <= down.z() ? 1 : 2;
   return down[axis] < -0.5 * count ? axis : 0;

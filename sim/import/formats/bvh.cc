@@ -43,8 +43,7 @@ SourceSkeleton MakeSkeleton(const BvhHierarchy& hierarchy,
     const BvhJoint& joint = hierarchy.joints[i];
     Vector3d offset = i == 0 ? Vector3d(0, 0, 0) : joint.offset;
     if (!motion.positions[i].empty()) offset = Median(motion.positions[i]);
-    skeleton.joints.push_back({joint.name, joint.parent, offset,
-                               joint.is_end});
+    skeleton.joints.push_back({joint.name, joint.parent, offset, joint.is_end});
   }
   return skeleton;
 }
@@ -59,9 +58,9 @@ void WarnOfStretching(const SourceSkeleton& skeleton, const BvhMotion& motion,
   for (size_t i = 0; i < skeleton.joints.size(); ++i) {
     double stretch = 0;
     for (const Vector3d& position : motion.positions[i]) {
-      stretch = std::max(
-          stretch,
-          metres_per_unit * (position - skeleton.joints[i].offset).norm());
+      stretch =
+          std::max(stretch, metres_per_unit *
+                                (position - skeleton.joints[i].offset).norm());
     }
     if (stretch <= kStretch) continue;
     ++count;
@@ -98,9 +97,9 @@ absl::StatusOr<SourceClip> ParseBvh(absl::string_view bytes,
                                     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
   if (static_cast<int64_t>(bytes.size()) > kBvhMaxBytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        source, ": expected at most ", kBvhMaxBytes, " bytes, found ",
-        bytes.size()));
+    return absl::ResourceExhaustedError(
+        absl::StrCat(source, ": expected at most ", kBvhMaxBytes,
+                     " bytes, found ", bytes.size()));
   }
   TextLines lines(bytes);
   SINEW_ASSIGN_OR_RETURN(BvhHierarchy hierarchy,

@@ -98,9 +98,9 @@ class Parser {
     const absl::string_view word = words_.Next();
     const absl::StatusOr<double> value = ParseNumber(word);
     if (value.ok()) return value;
-    return word.empty() ? Error("a number", word)
-                        : LineError(source_, lines_.number(),
-                                    value.status().message());
+    return word.empty()
+               ? Error("a number", word)
+               : LineError(source_, lines_.number(), value.status().message());
   }
 
   BvhJoint& current() { return hierarchy_.joints[open_.back()]; }
@@ -116,7 +116,8 @@ class Parser {
     return Error(current().is_end
                      ? "OFFSET or } in an End Site"
                      : absl::StrCat("OFFSET, CHANNELS, JOINT, End Site or } in "
-                                    "joint ", Quoted(current().name)),
+                                    "joint ",
+                                    Quoted(current().name)),
                  word);
   }
 
@@ -153,8 +154,8 @@ class Parser {
 
   absl::Status CloseJoint() {
     if (!current().has_offset) {
-      return Error(
-          absl::StrCat("an OFFSET in joint ", Quoted(current().name)), "}");
+      return Error(absl::StrCat("an OFFSET in joint ", Quoted(current().name)),
+                   "}");
     }
     open_.pop_back();
     return absl::OkStatus();

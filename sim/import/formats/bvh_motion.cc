@@ -38,8 +38,8 @@ absl::StatusOr<absl::string_view> ReadField(TextLines& lines,
         absl::StrCat("expected \"", key, ":\", found ",
                      found ? Quoted(lines.text()) : "the end of the file"));
   }
-  absl::string_view value = absl::StripLeadingAsciiWhitespace(
-      lines.text().substr(key.size()));
+  absl::string_view value =
+      absl::StripLeadingAsciiWhitespace(lines.text().substr(key.size()));
   absl::ConsumePrefix(&value, ":");
   return absl::StripLeadingAsciiWhitespace(value);
 }
@@ -97,9 +97,11 @@ void AddPose(const BvhHierarchy& hierarchy, const std::vector<double>& row,
 
 absl::Status CountError(absl::string_view source, int64_t line,
                         int64_t expected, absl::string_view found) {
-  return LineError(source, line, absl::StrCat("expected ", expected,
-                                              " frames as \"Frames\" says, "
-                                              "found ", found));
+  return LineError(source, line,
+                   absl::StrCat("expected ", expected,
+                                " frames as \"Frames\" says, "
+                                "found ",
+                                found));
 }
 
 }  // namespace
@@ -114,15 +116,16 @@ absl::StatusOr<BvhMotion> ReadBvhMotion(TextLines& lines,
   if (!absl::SimpleAtoi(count_text, &count) || count < 1) {
     return LineError(source, lines.number(),
                      absl::StrCat("\"Frames\": expected a number of at least "
-                                  "1, found ", Quoted(count_text)));
+                                  "1, found ",
+                                  Quoted(count_text)));
   }
   SINEW_ASSIGN_OR_RETURN(absl::string_view time_text,
                          ReadField(lines, "Frame Time", source));
   const absl::StatusOr<double> frame_time = ParseNumber(time_text);
   if (!frame_time.ok()) {
-    return LineError(source, lines.number(),
-                     absl::StrCat("\"Frame Time\": ",
-                                  frame_time.status().message()));
+    return LineError(
+        source, lines.number(),
+        absl::StrCat("\"Frame Time\": ", frame_time.status().message()));
   }
   BvhMotion motion;
   motion.frame_time = *frame_time;

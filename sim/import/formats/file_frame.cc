@@ -48,7 +48,8 @@ double MetresPerUnit(const FileFrame& file, const ReadOptions& options,
   if (!unit.is_usual) {
     clip.warnings.push_back(absl::StrCat(
         "no usual unit of length makes the skeleton as large as a person: one "
-        "unit is taken for ", unit.metres_per_unit, " m"));
+        "unit is taken for ",
+        unit.metres_per_unit, " m"));
   }
   return unit.metres_per_unit;
 }
@@ -66,9 +67,9 @@ absl::Status CheckRange(const char* what, const std::optional<double>& value,
   if (!value.has_value() || (*value >= low && *value <= high)) {
     return absl::OkStatus();
   }
-  return absl::InvalidArgumentError(absl::StrCat(
-      what, ": expected a number from ", low, " to ", high, ", found ",
-      *value));
+  return absl::InvalidArgumentError(
+      absl::StrCat(what, ": expected a number from ", low, " to ", high,
+                   ", found ", *value));
 }
 
 }  // namespace
@@ -81,9 +82,8 @@ absl::Status CheckReadOptions(const ReadOptions& options) {
   if (!status.ok()) return status;
   const char up = options.up_axis.value_or('y');
   if (up != 'x' && up != 'y' && up != 'z') {
-    return absl::InvalidArgumentError(
-        absl::StrCat("up axis: expected x, y or z, found \"",
-                     std::string(1, up), "\""));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "up axis: expected x, y or z, found \"", std::string(1, up), "\""));
   }
   const std::string order = options.quaternion_order.value_or("wxyz");
   if (order != "wxyz" && order != "xyzw") {

@@ -118,8 +118,8 @@ std::string MadeAsf() {
       "  orientation 0 0 0\n:bonedata\n";
   for (const AsfLine& line : kAsf) {
     absl::StrAppend(&text, "  begin\n    name ", line.name, "\n    direction ",
-                    line.direction, "\n    length ", line.length,
-                    "\n    axis ", line.axis, "  XYZ\n");
+                    line.direction, "\n    length ", line.length, "\n    axis ",
+                    line.axis, "  XYZ\n");
     if (NumDofs(line) > 0) {
       absl::StrAppend(&text, "    dof ", line.dof,
                       "\n    limits (-160.0 20.0)\n           (-70 70)\n");
@@ -154,9 +154,9 @@ std::string MadeAmc(int frames) {
 }
 
 std::string MadeLafanBvh(int frames) {
-  std::string text = absl::StrCat("HIERARCHY\n", LafanJoint(0),
-                                  "MOTION\nFrames: ", frames,
-                                  "\nFrame Time: 0.033333\n");
+  std::string text =
+      absl::StrCat("HIERARCHY\n", LafanJoint(0), "MOTION\nFrames: ", frames,
+                   "\nFrame Time: 0.033333\n");
   for (int i = 0; i < frames; ++i) {
     absl::StrAppendFormat(&text, "10 92 %g", 5 + 4.0 * i);
     for (const BvhLine& line : kLafan) {

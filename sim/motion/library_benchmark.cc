@@ -1,0 +1,61 @@
+// What opening a long library costs. Run by hand:
+//   bazel run --config=opt //sim/motion:library_benchmark
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "common/check.h"
+#include "sim/motion/library.h"
+#include "sim/motion/testing/sample_library.h"
+
+namespace sinew::motion {
+namespace {
+
+// Ten hours in 4000 clips, its manifest as an importer leaves it.
+const std::string& LongLibrary() {
+  static const std::string& folder = *new std::string([] {
+    std::string made =
+        std::filesystem::temp_directory_path() / "sinew_library_benchmark";
+    testing::MakeSparseLibrary(/*hours=*/10, /*clips=*/4000, made);
+    return made;
+  }());
+  return folder;
+}
+
+void BM_OpenTenHours(benchmark::State& state) {
+  for (auto _ : state) {
+    auto library = Library::Load(LongLibrary());
+    SINEW_CHECK(library.ok()) << library.status();
+    benchmark::DoNotOptimize(library);
+  }
+}
+BENCHMARK(BM_OpenTenHours)->Unit(benchmark::kMillisecond);
+
+// All bytes through SHA-256 (which a hole in the disk does not have).
+void BM_VerifyTenHours(benchmark::State& state) {
+  const auto library = Library::Load(LongLibrary());
+  SINEW_CHECK(library.ok()) << library.status();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize((*library)->Verify());
+  }
+}
+BENCHMARK(BM_VerifyTenHours)->Unit(benchmark::kMillisecond)->Iterations(1);
+
+void BM_ReferenceFrame(benchmark::State& state) {
+  const auto library = Library::Load(LongLibrary());
+  SINEW_CHECK(library.ok()) << library.status();
+  ReferenceFrame frame(**library);
+  int64_t i = 0;
+  for (auto _ : state) {
+    frame.Load(**library, static_cast<int>(i * 7919 % 4000), i % 270);
+    ++i;
+  }
+}
+BENCHMARK(BM_ReferenceFrame);
+
+}  // namespace
+}  // namespace sinew::motion
+
+BENCHMARK_MAIN();
