@@ -216,6 +216,7 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   importing.changed = &changed;
   const absl::Status imported = import::ImportFiles(
       *character, files, importing, options.out, &reports);
+  if (absl::IsCancelled(imported)) return imported;
   // Ends the bar's line before the table.
   showing = std::make_unique<Showing>(options.quiet);
   if (!options.quiet) PrintTable(reports);
