@@ -12,39 +12,12 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
+#include "common/workspace_files.h"
 
 namespace sinew::character {
 namespace {
 
 constexpr char kModels[] = "sim/character/models";
-
-// Folders that correspond to the root of the workspace.
-std::vector<std::string> WorkspaceRoots() {
-  std::vector<std::string> roots;
-  // Set where one program of ours starts another.
-  if (const char* runfiles = std::getenv("RUNFILES_DIR")) {
-    roots.push_back(JoinPath(runfiles, "sinew"));
-  }
-  if (const char* runfiles = std::getenv("TEST_SRCDIR")) {
-    const char* workspace = std::getenv("TEST_WORKSPACE");
-    roots.push_back(JoinPath(runfiles, workspace ? workspace : "sinew"));
-  }
-  std::error_code error;
-  const auto binary = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    roots.push_back(absl::StrCat(binary.string(), ".runfiles/sinew"));
-    // A binary copied next to its data.
-    roots.push_back(binary.parent_path().string());
-  }
-  auto folder = std::filesystem::current_path(error);
-  for (; !error && folder.has_relative_path(); folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / "WORKSPACE")) {
-      roots.push_back(folder.string());
-      break;
-    }
-  }
-  return roots;
-}
 
 std::vector<std::string> EnvironmentFolders() {
   const char* folders = std::getenv("SINEW_CHARACTERS");

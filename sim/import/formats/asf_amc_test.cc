@@ -277,21 +277,21 @@ INSTANTIATE_TEST_SUITE_P(
                 "line 24: expected a length of bone \"thigh\", found none"},
         BadFile{{{"name thigh", ""}}, "expected a bone with a name"},
         BadFile{{{"  end\n  begin\n    name foot", "  begin\n    name foot"}},
-                "expected one name a bone, found \"foot\""}));
+                "line 25: expected one name a bone, found \" foot\""}));
 
 INSTANTIATE_TEST_SUITE_P(
     Hierarchy, AsfError,
     ::testing::Values(
-        BadFile{{{":hierarchy\n", ""}}, "expected \"begin\" of a bone, found"},
+        BadFile{{{":hierarchy\n", ""}}, "line 41: expected a bone with a name"},
         BadFile{{{"root thigh head", "root thigh tail"}},
-                "line 39: expected a bone of :bonedata, found \"tail\""},
+                "line 40: expected a bone of :bonedata, found \"tail\""},
         BadFile{{{"root thigh head", "root thigh"}},
                 "leads from the root to every bone, found \"head apart\""},
         BadFile{
             {{"root thigh head", "root head"}, {"thigh foot", "foot thigh"}},
             "found \"thigh apart\""},
         BadFile{{{"thigh foot", "thigh foot thigh"}},
-                "line 40: expected one parent for each bone and none for the "
+                "line 41: expected one parent for each bone and none for the "
                 "root, found another for \"thigh\""},
         BadFile{{{"thigh foot", "thigh foot root"}}, "another for \"root\""},
         BadFile{{{"name head", "name foot"}},
@@ -379,12 +379,13 @@ std::string Folder(const std::string& name,
 }
 
 TEST(AsfCandidates, AreFilesNamedLikeTheClipLikeliestFirst) {
-  const std::string folder =
-      Folder("several é", {"02.asf", "02_01.ASF", "0.asf", "03.asf", "x.txt"});
+  const std::string folder = Folder(
+      "several é", {"02.asf", "02_01.ASF", "0.asf", "charleston.asf", "x.txt"});
 
   EXPECT_THAT(AsfCandidates(folder + "/02_01.amc"),
-              ElementsAre(folder + "/02_01.ASF", folder + "/02.asf",
-                          folder + "/0.asf"));
+              ElementsAre(folder + "/02_01.ASF", folder + "/02.asf"));
+  EXPECT_THAT(AsfCandidates(folder + "/charleston1.amc"),
+              ElementsAre(folder + "/charleston.asf"));
   EXPECT_THAT(AsfCandidates(folder + "/05_01.amc"), IsEmpty());
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
@@ -14,6 +15,14 @@ constexpr absl::string_view kExtension = ".asf";
 // "02_01" of "02_01.amc".
 absl::string_view Stem(absl::string_view name) {
   return name.substr(0, name.rfind('.'));
+}
+
+// Whether "charleston" is the start of "charleston1". "1" is none of "13_2":
+// numbers are not cut.
+bool Begins(absl::string_view stem, absl::string_view own) {
+  if (own.empty() || !absl::StartsWith(stem, own)) return false;
+  return stem.size() == own.size() || !absl::ascii_isdigit(own.back()) ||
+         !absl::ascii_isdigit(stem[own.size()]);
 }
 
 }  // namespace
@@ -36,7 +45,7 @@ std::vector<std::string> AsfCandidates(const std::string& amc_path) {
     const absl::string_view own = Stem(name);
     if (own == stem) return 0;
     if (own == subject) return 1;
-    if (!own.empty() && absl::StartsWith(stem, own)) return 2;
+    if (Begins(stem, own)) return 2;
     return is_single ? 3 : 4;
   };
   std::erase_if(*names,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "common/check.h"
 
@@ -11,7 +12,9 @@ namespace {
 using Eigen::Quaterniond;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr size_t kSteps = 4;
+// Steps that the first one is held against: the median, since recordings have
+// jumps of their own.
+constexpr size_t kSteps = 10;
 
 // Joints that can turn by themselves and are not the root.
 bool Counts(const SourceJoint& joint) {
@@ -51,12 +54,13 @@ bool FirstFrameIsRest(const SourceClip& clip) {
   if (clip.poses.size() < 4) return false;
   if (!MostJointsAreUnturned(clip.skeleton, clip.poses[0])) return false;
   const double jump = Step(clip.skeleton, clip.poses[0], clip.poses[1]);
-  double largest = 0;
+  std::vector<double> steps;
   for (size_t i = 1; i < std::min(kSteps, clip.poses.size() - 1); ++i) {
-    largest = std::max(largest,
-                       Step(clip.skeleton, clip.poses[i], clip.poses[i + 1]));
+    steps.push_back(Step(clip.skeleton, clip.poses[i], clip.poses[i + 1]));
   }
-  return jump > 5 * kDegree && jump > 5 * largest;
+  const auto median = steps.begin() + steps.size() / 2;
+  std::nth_element(steps.begin(), median, steps.end());
+  return jump > 5 * kDegree && jump > 5 * *median;
 }
 
 void DropFirstPose(SourceClip& clip) {

@@ -12,8 +12,8 @@ namespace sinew::import {
 
 // True if the first pose leaves at least half of the joints unturned (1 degree)
 // and the second one is a jump away from it: on the mean over joints further
-// than 5 degrees and than five times any of the next few steps. False for clips
-// of less than four poses.
+// than 5 degrees and than five times the median of the next steps. False for
+// clips of less than four poses.
 bool FirstFrameIsRest(const SourceClip& clip);
 
 // Removes the first of at least three poses; the next one is at time 0.

@@ -1,4 +1,4 @@
-#include "tools/training/temporary_folder.h"
+#include "common/temporary_folder.h"
 
 #include <stdlib.h>
 
@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 
-namespace sinew::tools {
+namespace sinew {
 
 absl::StatusOr<std::unique_ptr<TemporaryFolder>> TemporaryFolder::Create() {
   // Not TMPDIR: a socket's path has at most 107 bytes.
@@ -24,4 +24,4 @@ TemporaryFolder::~TemporaryFolder() {
   RemoveRecursively(path_).IgnoreError();
 }
 
-}  // namespace sinew::tools
+}  // namespace sinew

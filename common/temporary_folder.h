@@ -1,12 +1,12 @@
-#ifndef SINEW_TOOLS_TRAINING_TEMPORARY_FOLDER_H_
-#define SINEW_TOOLS_TRAINING_TEMPORARY_FOLDER_H_
+#ifndef SINEW_COMMON_TEMPORARY_FOLDER_H_
+#define SINEW_COMMON_TEMPORARY_FOLDER_H_
 
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 
-namespace sinew::tools {
+namespace sinew {
 
 // A new folder that only this user may enter, with a path short enough for a
 // unix socket in it; removed at the end with all that it holds.
@@ -28,6 +28,6 @@ class TemporaryFolder {
   const std::string path_;
 };
 
-}  // namespace sinew::tools
+}  // namespace sinew
 
-#endif  // SINEW_TOOLS_TRAINING_TEMPORARY_FOLDER_H_
+#endif  // SINEW_COMMON_TEMPORARY_FOLDER_H_
