@@ -59,6 +59,7 @@ absl::StatusOr<std::unique_ptr<Library>> Library::FromBytes(
   for (const FrameColumn& column : FrameColumns()) {
     library->base_.*column.pointer =
         library->frames_.at(column.name).float32().data();
+    library->row_widths_.push_back(RowWidth(column, library->manifest_));
   }
   library->digest_ = Sha256Hex(
       absl::StrCat(manifest_json, library->manifest_.frames_sha256()));
@@ -105,9 +106,9 @@ FrameView Library::frame(int clip, int64_t frame) const {
       << "frame " << frame << " of clip " << info.name();
   const int64_t row = info.first_frame() + frame;
   FrameView view;
+  const int64_t* width = row_widths_.data();
   for (const FrameColumn& column : FrameColumns()) {
-    view.*column.pointer =
-        base_.*column.pointer + row * RowWidth(column, manifest_);
+    view.*column.pointer = base_.*column.pointer + row * *width++;
   }
   return view;
 }
