@@ -45,9 +45,10 @@ class BodyReader {
   int num_joints() const { return static_cast<int>(joints_.size()); }
 
   // The state of qpos and qvel, worked out from these alone: what mj_step
-  // leaves in the data is one physics step old. It does what mj_kinematics and
-  // mj_comVel do, for the frames of the bodies that count and nothing else, in
-  // a third of their time. Uses data's scratch memory, changes nothing in it.
+  // leaves in the data is one physics step old. It does what mj_kinematics,
+  // mj_comPos and mj_comVel do, for the frames of the bodies that count and
+  // nothing else, in a quarter of the instructions. Uses data's scratch memory,
+  // changes nothing in it.
   void Read(mjData* data, BodyState* state) const;
 
   // A library row to state.
