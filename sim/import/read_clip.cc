@@ -111,7 +111,6 @@ absl::StatusOr<Source> ReadClip(const std::string& path,
     case ClipFormat::kKeyframes:
       return ParseKeyframes(bytes, name, path, read);
     case ClipFormat::kFbx:
-    case ClipFormat::kFbx:
       return ParseFbx(bytes, name, path, read);
     case ClipFormat::kRobotNpz:
       break;
