@@ -67,7 +67,7 @@ class EvaluationRollout {
     const int start = live_[row];
     const Environment& environment = state_.environments[start];
     state_.batch.Apply(start, /*save=*/false, [&](mjData* data) {
-      task_.Refresh(data);
+      task_.Refresh(data, state_.work.get());
       task_.Observe(data, environment.episode, environment.previous_target,
                     state_.policy.observation(static_cast<int>(row)),
                     state_.work.get());
@@ -84,6 +84,7 @@ class EvaluationRollout {
     const bool ok = state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
       result = StepPhysics(row, data, &environment);
       if (!result.diverged && state_.observer) {
+        mj_kinematics(task_.character().model(), data);
         state_.observer(start, frame, *data);
       }
     });

@@ -44,8 +44,9 @@ namespace sinew::actor {
 // there, except where an episode ends.
 class RolloutWorker {
  public:
-  // Called after each survived step of an evaluation with the refreshed data:
-  // start's index, and the frame reached, counted from the start (>= 1).
+  // Called after each survived step of an evaluation with data whose bodies and
+  // geoms are placed: start's index, and the frame reached, counted from the
+  // start (>= 1).
   using FrameObserver =
       std::function<void(int start, int frame, const mjData& data)>;
 

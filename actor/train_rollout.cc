@@ -45,14 +45,15 @@ class TrainRollout {
                                       state_.batch.row(e)));
       if (environment.fresh) continue;
       state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
-        task_.Refresh(data);
+        task_.Refresh(data, state_.work.get());
         Observe(e, data);
       });
     }
     return absl::OkStatus();
   }
 
-  // Of the state that is in data, into the policy's input.
+  // Of the state that is in data and in the workspace's body, into the policy's
+  // input.
   void Observe(int e, mjData* data) {
     const Environment& environment = state_.environments[e];
     task_.Observe(data, environment.episode, environment.previous_target,

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -11,6 +9,7 @@
 #include "Random123/philox.h"
 #include "absl/types/span.h"
 #include "common/check.h"
+#include "common/math/double4.h"
 
 namespace sinew {
 namespace {
@@ -38,62 +37,69 @@ double ToUnit(uint64_t word) {
   return static_cast<double>(word >> 11) * kTwoToMinus53;
 }
 
-// Natural logarithm of a positive normal number. x = m 2^e with m in
-// [sqrt(1/2), sqrt(2)); ln m = 2 artanh(s), s = (m - 1) / (m + 1), |s| < 0.172,
-// by its power series up to s^17 (next term below 2e-16).
-double Log(double x) {
-  constexpr uint64_t kMantissa = (uint64_t{1} << 52) - 1;
-  const uint64_t bits = std::bit_cast<uint64_t>(x);
-  int exponent = static_cast<int>(bits >> 52) - 1023;
-  double m = std::bit_cast<double>((bits & kMantissa) | uint64_t{1023} << 52);
-  if (m > std::numbers::sqrt2) {
-    m *= 0.5;
-    ++exponent;
-  }
-  const double s = (m - 1) / (m + 1);
-  const double z = s * s;
-  double series = 1.0 / 17;
-  for (int n = 15; n >= 1; n -= 2) series = series * z + 1.0 / n;
-  return 2 * s * series + exponent * std::numbers::ln2;
+// The words' upper 53 bits as whole numbers.
+Double4 UpperBits(Word4 words) {
+  return __builtin_convertvector(words >> Word4(11), Double4);
 }
 
-struct SinCos {
-  double sin;
-  double cos;
-};
+// Natural logarithm of positive normal numbers. x = m 2^e with m in
+// [sqrt(1/2), sqrt(2)); ln m = 2 artanh(s), s = (m - 1) / (m + 1), |s| < 0.172,
+// by its power series up to s^17 (next term below 2e-16).
+Double4 Log(Double4 x) {
+  constexpr uint64_t kMantissa = (uint64_t{1} << 52) - 1;
+  const Word4 bits = __builtin_bit_cast(Word4, x);
+  Double4 exponent = __builtin_bit_cast(
+      Double4, (bits >> Word4(52)) | Word4(kBitsOfTwoTo52));
+  exponent -= 0x1p52 + 1023;
+  Double4 m = __builtin_bit_cast(
+      Double4, (bits & Word4(kMantissa)) | Word4(kBitsOfOne));
+  const auto large = m > Splat4(std::numbers::sqrt2);
+  m = large ? m * 0.5 : m;
+  exponent = large ? exponent + 1 : exponent;
+  const Double4 s = (m - 1) / (m + 1);
+  const Double4 z = s * s;
+  Double4 series = Splat4(1.0 / 17);
+#pragma clang loop unroll(full)
+  for (int n = 15; n >= 1; n -= 2) {
+    series = __builtin_elementwise_fma(series, z, Splat4(1.0 / n));
+  }
+  return __builtin_elementwise_fma(2 * s, series, exponent * std::numbers::ln2);
+}
 
 // Sine and cosine of 2 pi `turns`, turns in [0, 1): the nearest quarter turn
 // is taken off, the rest, at most pi / 4, goes through Taylor series up to
-// x^15 and x^16 (next terms below 5e-17).
-SinCos SinCosOfTurns(double turns) {
-  const int quarter = static_cast<int>(turns * 4 + 0.5);
-  const double x = (turns - 0.25 * quarter) * (2 * std::numbers::pi);
-  const double z = x * x;
-  double sin = 1;
-  for (int n = 15; n >= 3; n -= 2) sin = 1 - sin * z / (n * (n - 1));
-  sin *= x;
-  double cos = 1;
-  for (int n = 16; n >= 2; n -= 2) cos = 1 - cos * z / (n * (n - 1));
-  switch (quarter % 4) {
-    case 0:
-      return {sin, cos};
-    case 1:
-      return {cos, -sin};
-    case 2:
-      return {-sin, -cos};
-    default:
-      return {-cos, sin};
+// x^15 and x^16 (next terms below 5e-17). Divides where it could multiply:
+// draws keep their bits.
+SinCos4 SinCosOfTurns(Double4 turns) {
+  const Double4 quarter = __builtin_elementwise_floor(turns * 4 + 0.5);
+  const Double4 x = (turns - 0.25 * quarter) * (2 * std::numbers::pi);
+  const Double4 z = x * x;
+  Double4 sin = Splat4(1);
+  Double4 cos = Splat4(1);
+#pragma clang loop unroll(full)
+  for (int n = 15; n >= 3; n -= 2) {
+    sin = 1 - sin * z / static_cast<double>(n * (n - 1));
   }
+#pragma clang loop unroll(full)
+  for (int n = 16; n >= 2; n -= 2) {
+    cos = 1 - cos * z / static_cast<double>(n * (n - 1));
+  }
+  return AddQuarters({.sin = sin * x, .cos = cos}, quarter);
 }
 
-// Two independent N(0, 1) numbers from two words (Box and Muller, 1958).
-std::array<float, 2> ToNormals(uint64_t radius_word, uint64_t angle_word) {
+// Eight independent N(0, 1) numbers from two blocks; numbers 2 i and 2 i + 1
+// come from words 2 i and 2 i + 1 (Box and Muller, 1958).
+std::array<float, 2 * kWordsPerBlock> ToNormals(const Block& first,
+                                                const Block& second) {
+  const Word4 radius_words = {first[0], first[2], second[0], second[2]};
+  const Word4 angle_words = {first[1], first[3], second[1], second[3]};
   // In (0, 1]: the logarithm stays finite.
-  const double u = (static_cast<double>(radius_word >> 11) + 1) * kTwoToMinus53;
-  const double radius = std::sqrt(-2 * Log(u));
-  const SinCos angle = SinCosOfTurns(ToUnit(angle_word));
-  return {static_cast<float>(radius * angle.cos),
-          static_cast<float>(radius * angle.sin)};
+  const Double4 u = (UpperBits(radius_words) + 1) * kTwoToMinus53;
+  const Double4 radius = __builtin_elementwise_sqrt(-2 * Log(u));
+  const SinCos4 angle = SinCosOfTurns(UpperBits(angle_words) * kTwoToMinus53);
+  const Float4 even = __builtin_convertvector(radius * angle.cos, Float4);
+  const Float4 odd = __builtin_convertvector(radius * angle.sin, Float4);
+  return {even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]};
 }
 
 }  // namespace
@@ -111,12 +117,13 @@ void FillUniform(const RandomKey& key, absl::Span<float> out) {
 }
 
 void FillNormal(const RandomKey& key, absl::Span<float> out) {
-  for (size_t begin = 0; begin < out.size(); begin += kWordsPerBlock) {
-    const Block block = DrawBlock(key, begin / kWordsPerBlock);
-    const std::array<float, 2> low = ToNormals(block[0], block[1]);
-    const std::array<float, 2> high = ToNormals(block[2], block[3]);
-    const std::array<float, 4> numbers = {low[0], low[1], high[0], high[1]};
-    const size_t count = std::min<size_t>(kWordsPerBlock, out.size() - begin);
+  constexpr size_t kAtOnce = 2 * kWordsPerBlock;
+  for (size_t begin = 0; begin < out.size(); begin += kAtOnce) {
+    const size_t count = std::min(kAtOnce, out.size() - begin);
+    const uint64_t block = begin / kWordsPerBlock;
+    const Block first = DrawBlock(key, block);
+    const std::array<float, kAtOnce> numbers = ToNormals(
+        first, count > kWordsPerBlock ? DrawBlock(key, block + 1) : first);
     std::copy_n(numbers.begin(), count, out.begin() + begin);
   }
 }

@@ -184,8 +184,7 @@ void ReferenceFeed::LoadGiven(absl::Span<const Pose> frames) {
     Copy(frames[i], i);
     if (i >= observed_.size()) continue;
     SetPose(character_, frames[i], data_.get());
-    world::BodyReader::Refresh(character_.model(), data_.get());
-    reader_.Read(character_.model(), data_.get(), &observed_[i]);
+    reader_.Read(data_.get(), &observed_[i]);
     contact_[i] = numbers_[i].contact.data();
   }
 }

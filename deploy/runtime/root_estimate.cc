@@ -1,6 +1,6 @@
 #include "deploy/runtime/root_estimate.h"
 
-#include "sim/world/body_state.h"
+#include <Eigen/Geometry>
 
 namespace sinew::runtime {
 namespace {
@@ -37,7 +37,9 @@ RootEstimate EstimateRoot(const character::Character& character, mjData* data) {
   const mjModel* model = character.model();
   double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
   root[2] = character.proto().standing_root_height();
-  world::BodyReader::Refresh(model, data);
+  mj_kinematics(model, data);
+  mj_comPos(model, data);
+  mj_comVel(model, data);
   const LowestPoint lowest = FindLowest(character, data);
   root[2] -= lowest.distance;
 

@@ -183,8 +183,7 @@ void Runtime::PlaceBody(const Pose& state) {
                     : state.root_linear_velocity,
                 3, velocity);
   }
-  world::BodyReader::Refresh(model, data_.get());
-  reader_.Read(model, data_.get(), &body_);
+  reader_.Read(data_.get(), &body_);
 }
 
 void Runtime::Observe(const Pose& state) {

@@ -87,7 +87,7 @@ class Actor {
                 work_.get());
   }
   void Act() {
-    task_.Refresh(data_.get());
+    task_.Refresh(data_.get(), work_.get());
     const absl::Span<float> input =
         executor_->input(executor_->input_index("observation"));
     task_.Observe(data_.get(), episode_, previous,

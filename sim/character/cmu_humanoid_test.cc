@@ -62,8 +62,8 @@ TEST_F(CmuHumanoid, HasTheGainsThatItsRuleGives) {
 }
 
 TEST_F(CmuHumanoid, IsItsOwnMirrorImage) {
-  // The two sides of the recorded person differ by less than a millimetre.
-  testing::ExpectMirrorImage(*body_, /*tolerance=*/1e-3);
+  // Its spine leans some millimetres to one side.
+  testing::ExpectMirrorImage(*body_, /*tolerance=*/0.01);
 }
 
 TEST_F(CmuHumanoid, TouchesTheFloorInItsDefaultPose) {
@@ -71,11 +71,11 @@ TEST_F(CmuHumanoid, TouchesTheFloorInItsDefaultPose) {
   EXPECT_NEAR(testing::LowestSole(*body_, data_.get()), 0, 0.002);
 }
 
-TEST_F(CmuHumanoid, StandsForASecondOnConstantTargets) {
+TEST_F(CmuHumanoid, StandsForTwoSecondsOnConstantTargets) {
   testing::Stand(*body_, data_.get());
   const double height = data_->qpos[2];
 
-  while (data_->time < 1) testing::StepTowardsDefault(*body_, data_.get());
+  while (data_->time < 2) testing::StepTowardsDefault(*body_, data_.get());
 
   EXPECT_NEAR(data_->qpos[2], height, 0.05);
   EXPECT_GT(data_->xmat[9 * 1 + 8], 0.98);  // root upright

@@ -44,7 +44,7 @@ TEST_F(H12, LoadsWithTwentySevenJointsAndNoMesh) {
 }
 
 TEST_F(H12, HasTheGainsThatItsRuleGives) {
-  testing::ExpectGains(*robot_, G1GainRule());
+  testing::ExpectGains(*robot_, H12GainRule());
 }
 
 TEST_F(H12, IsItsOwnMirrorImage) {

@@ -4,7 +4,7 @@
 // coordinates (same stem, .csv, in --against), how far the two are apart.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
+#include <ctime>
 #include <memory>
 #include <string>
 #include <variant>
@@ -13,6 +13,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
@@ -22,8 +23,12 @@
 #include "sim/import/formats/robot_csv.h"
 #include "sim/import/formats/robot_layout.h"
 #include "sim/import/formats/smpl_npz.h"
+#include "sim/import/maps/skeleton_maps.h"
+#include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/retarget.h"
+#include "sim/import/retarget/role_track.h"
+#include "sim/import/retarget/scaled_source.h"
 
 namespace sinew::import {
 namespace {
@@ -57,6 +62,44 @@ absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
     return RetargetClip(model, *clip, options);
   }
   return FitRobotClip(model, std::get<RobotClip>(source), options);
+}
+
+// Mean distance of hands, feet and head from the source's, scaled with the
+// legs, both seen from the middle of the hips, m.
+double EndsApart(const ImportModel& model, const SourceClip& clip,
+                 const Retargeted& played, double rate) {
+  const auto roles = LoadSkeletonMap(played.map);
+  if (!roles.ok()) return 0;
+  const auto track =
+      MakeRoleTrack(MakeTrack(clip, rate), clip.skeleton, *roles);
+  if (!track.ok() || track->frames() != played.motion.frames()) return 0;
+  const auto map = MakeBodyMap(*track, model);
+  if (!map.ok()) return 0;
+  Dynamics dynamics(model);
+  double sum = 0;
+  int count = 0;
+  for (int t = 0; t < track->frames(); ++t) {
+    dynamics.SetPose(played.motion.qpos[t]);
+    const auto ours = [&](const char* role) {
+      return PointPlace(*map, map->points[map->FindPoint(track->Find(role))],
+                        dynamics);
+    };
+    const auto source = [&](const char* role) {
+      return track->position[t][track->Find(role)];
+    };
+    const Eigen::Vector3d hips = (ours("left_hip") + ours("right_hip")) / 2;
+    const Eigen::Vector3d source_hips =
+        (source("left_hip") + source("right_hip")) / 2;
+    for (const char* end : {"left_wrist", "right_wrist", "left_ankle",
+                            "right_ankle", "head"}) {
+      const int role = track->Find(end);
+      if (role < 0 || map->FindPoint(role) < 0) continue;
+      sum += (ours(end) - hips - map->scale * (source(end) - source_hips))
+                 .norm();
+      ++count;
+    }
+  }
+  return count == 0 ? 0 : sum / count;
 }
 
 void Print(const std::string& name, const Retargeted& played, double seconds) {
@@ -140,14 +183,41 @@ void Compare(const ImportModel& model, const std::string& path,
       100 * theirs->quality.foot_penetration_p99_m());
 }
 
+// Parents of the bodies, of the source's joints, then a frame a line: places.
+void Dump(const ImportModel& model, const Retargeted& played,
+          const std::string& path) {
+  Dynamics dynamics(model);
+  const int bodies = model.model->nbody;
+  std::vector<int> parents(model.model->body_parentid,
+                           model.model->body_parentid + bodies);
+  std::string text =
+      absl::StrCat(absl::StrJoin(parents, " "), "\n",
+                   absl::StrJoin(played.source_parents, " "), "\n");
+  for (int t = 0; t < played.motion.frames(); ++t) {
+    dynamics.SetPose(played.motion.qpos[t]);
+    const double* xpos = dynamics.data().xpos;
+    const std::vector<double> places(xpos, xpos + 3 * bodies);
+    absl::StrAppend(&text, absl::StrJoin(places, " "));
+    if (!played.source_joints.empty()) {
+      for (const Eigen::Vector3d& p : played.source_joints[t]) {
+        absl::StrAppend(&text, " ", p.x(), " ", p.y(), " ", p.z());
+      }
+    }
+    text += "\n";
+  }
+  const absl::Status status = WriteFileAtomically(path, text);
+  if (!status.ok()) absl::PrintF("%s\n", status.message());
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Prints how well clips play on a character");
-  std::string character = "humanoid", against;
+  std::string character = "humanoid", against, dump;
   std::vector<std::string> files;
   RetargetOptions options;
   bool plain = false;
   app.add_option("--character", character);
   app.add_option("--against", against);
+  app.add_option("--dump", dump, "folder for the places of all joints");
   app.add_flag("--plain", plain, "without refinement");
   app.add_option("--rate", options.rate);
   app.add_option("files", files)->required();
@@ -164,16 +234,24 @@ int Main(int argc, char** argv) {
       " peak   skate pen99 float  self  error limit  fit  air\n");
   for (const std::string& file : files) {
     const auto source = Read(file);
-    const auto start = std::chrono::steady_clock::now();
-    absl::StatusOr<Retargeted> played = source.status();
-    if (source.ok()) played = Play(model, *source, options);
-    const std::chrono::duration<double> took =
-        std::chrono::steady_clock::now() - start;
+    const std::clock_t start = std::clock();
+    const absl::StatusOr<Retargeted> played =
+        source.ok() ? Play(model, *source, options)
+                    : absl::StatusOr<Retargeted>(source.status());
+    const double took = static_cast<double>(std::clock() - start) /
+                        static_cast<double>(CLOCKS_PER_SEC);
     if (!played.ok()) {
       absl::PrintF("%s: %s\n", file, played.status().message());
       continue;
     }
-    Print(Stem(file), *played, took.count());
+    Print(Stem(file), *played, took);
+    if (const auto* clip = std::get_if<SourceClip>(&*source)) {
+      absl::PrintF("  ends apart from the scaled source: %.1f cm\n",
+                   100 * EndsApart(model, *clip, *played, options.rate));
+    }
+    if (!dump.empty()) {
+      Dump(model, *played, JoinPath(dump, absl::StrCat(Stem(file), ".txt")));
+    }
     for (const std::string& warning : played->warnings) {
       absl::PrintF("  %s\n", warning);
     }

@@ -180,7 +180,8 @@ absl::Status WriteAll(const character::Character& character,
                       absl::Span<const ClipReport> reports,
                       const std::string& directory) {
   const std::string outcome = OutcomeDigest(context.options_sha256, reports);
-  const bool same = UpToDate(directory, outcome);
+  const bool same =
+      !context.options.report_only && UpToDate(directory, outcome);
   if (context.options.changed != nullptr) *context.options.changed = !same;
   if (same) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
@@ -198,6 +199,7 @@ absl::Status WriteAll(const character::Character& character,
                      "none in ",
                      reports.size(), " files"));
   }
+  if (context.options.report_only) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(WriteLibrary(character, context.model,
                                      context.options.rate, reports,
                                      context.cache, directory));

@@ -41,6 +41,8 @@ struct ImportOptions {
   // What to do with every clip once it is on the character. `mirror` adds the
   // mirror image of each as a clip of its own, NAME_mirror.
   EditOptions edits = {};
+  // Measure and report, but leave the library as it is.
+  bool report_only = false;
   // Threads; 0: all processors that this process may use.
   int threads = 0;
   // Called after every file, by one thread at a time.

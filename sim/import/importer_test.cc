@@ -402,6 +402,44 @@ TEST_F(ImporterTest, KeepsWhatWasFinishedWhenItIsStopped) {
   EXPECT_FALSE(reports_[2].from_cache);
 }
 
+TEST_F(ImporterTest, CanReportWithoutWritingALibrary) {
+  options_.report_only = true;
+
+  EXPECT_THAT(ImportFiles(*character_,
+                          {Write("march.txt", testing::MarchJson())}, options_,
+                          Path("report"), &reports_),
+              IsOk());
+
+  EXPECT_THAT(ReportOf("report")["clips"], SizeIs(1));
+  EXPECT_FALSE(FileExists(JoinPath(Path("report"), "manifest.json")));
+}
+
+TEST_F(ImporterTest, AddsMirrorImagesUnderNamesOfTheirOwn) {
+  options_.edits.mirror = true;
+  const auto library =
+      Import({Write("march.txt", testing::MarchJson()),
+              Write("lying_mirror.txt", testing::LyingJson()),
+              Write("lying.txt", testing::LyingJson())},
+             "mirrored");
+
+  // The mirror image of "lying" finds its name taken.
+  ASSERT_THAT(reports_, SizeIs(6));
+  EXPECT_THAT(reports_[5].status,
+              StatusIs(absl::StatusCode::kAlreadyExists,
+                       HasSubstr("found a file called lying_mirror")));
+  EXPECT_EQ(library->num_clips(), 5);
+  EXPECT_EQ(library->clip(1).name(), "march_mirror");
+  EXPECT_EQ(library->clip(1).mirror_of(), "march");
+  EXPECT_EQ(library->clip(1).trial(), "march");
+  EXPECT_EQ(library->clip(0).mirror_of(), "");
+  // It walks along x too, and sways to the other side.
+  const int64_t last = library->clip(0).num_frames() - 1;
+  EXPECT_NEAR(library->frame(1, last).root_position[0],
+              library->frame(0, last).root_position[0], 1e-4);
+  EXPECT_NEAR(library->frame(1, last).root_position[1],
+              -library->frame(0, last).root_position[1], 1e-4);
+}
+
 TEST_F(ImporterTest, TellsOfEveryFileOnce) {
   std::vector<int> done;
   options_.on_progress = [&](const ImportProgress& progress) {

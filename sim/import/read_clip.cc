@@ -9,6 +9,7 @@
 #include "sim/import/formats/asf_amc.h"
 #include "sim/import/formats/bvh.h"
 #include "sim/import/formats/deepmimic.h"
+#include "sim/import/formats/fbx.h"
 #include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/keyframes.h"
 #include "sim/import/formats/quaternion_order.h"
@@ -110,6 +111,7 @@ absl::StatusOr<Source> ReadClip(const std::string& path,
     case ClipFormat::kKeyframes:
       return ParseKeyframes(bytes, name, path, read);
     case ClipFormat::kFbx:
+      return ParseFbx(bytes, name, path, read);
     case ClipFormat::kRobotNpz:
       break;
   }

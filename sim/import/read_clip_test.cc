@@ -41,6 +41,13 @@ constexpr char kBvh[] =
     "MOTION\nFrames: 2\nFrame Time: 0.033333\n"
     "0 170 0 0 0 0 0 0 0\n0 171 0 0 0 0 0 0 0\n";
 
+// To be read as a format.
+ReadClipOptions As(const std::string& format) {
+  ReadClipOptions options;
+  options.format = format;
+  return options;
+}
+
 class ReadClipTest : public ::testing::Test {
  protected:
   static std::string Path(const std::string& name) {
@@ -75,9 +82,9 @@ TEST_F(ReadClipTest, ReadsWhatTheContentSaysWhateverTheName) {
 }
 
 TEST_F(ReadClipTest, ReadsAsToldWhateverTheContent) {
-  EXPECT_THAT(Read(Write("rise.bvh", kBvh), {.format = "deepmimic"}),
+  EXPECT_THAT(Read(Write("rise.bvh", kBvh), As("deepmimic")),
               StatusIs(kInvalid, HasSubstr("rise.bvh: expected JSON")));
-  EXPECT_THAT(Read(Write("rise.bvh", kBvh), {.format = "bvhh"}),
+  EXPECT_THAT(Read(Write("rise.bvh", kBvh), As("bvhh")),
               StatusIs(kInvalid, HasSubstr("format: expected one of")));
 }
 
@@ -108,13 +115,15 @@ TEST_F(ReadClipTest, AnAmcNeedsItsSkeleton) {
   EXPECT_THAT(Read(amc), StatusIs(kInvalid, HasSubstr("(--asf), found none")));
   EXPECT_THAT(CompanionFiles(amc, ":FULLY-SPECIFIED\n", {}),
               StatusIs(kInvalid, HasSubstr("13_30.amc")));
-  EXPECT_THAT(Read(amc, {.asf = Path("none.asf")}),
+  ReadClipOptions absent;
+  absent.asf = Path("none.asf");
+  EXPECT_THAT(Read(amc, absent),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("none.asf")));
 
   const std::string asf = Write("13.asf", ":version 1.10\n");
   EXPECT_THAT(CompanionFiles(amc, ":FULLY-SPECIFIED\n", {}),
               IsOkAndHolds(ElementsAre(asf)));
-  EXPECT_THAT(CompanionFiles(amc, kBvh, {.format = "bvh"}),
+  EXPECT_THAT(CompanionFiles(amc, kBvh, As("bvh")),
               IsOkAndHolds(IsEmpty()));
 }
 

@@ -100,6 +100,7 @@ absl::Status Library::Attach(absl::string_view frames) {
   frames_ = std::move(view.tensors);
   for (const FrameColumn& column : FrameColumns()) {
     base_.*column.pointer = frames_.at(column.name).float32().data();
+    row_widths_.push_back(RowWidth(column, manifest_));
   }
   return absl::OkStatus();
 }
@@ -151,9 +152,9 @@ FrameView Library::frame(int clip, int64_t frame) const {
       << "frame " << frame << " of clip " << info.name();
   const int64_t row = info.first_frame() + frame;
   FrameView view;
+  const int64_t* width = row_widths_.data();
   for (const FrameColumn& column : FrameColumns()) {
-    view.*column.pointer =
-        base_.*column.pointer + row * RowWidth(column, manifest_);
+    view.*column.pointer = base_.*column.pointer + row * *width++;
   }
   return view;
 }

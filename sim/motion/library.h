@@ -103,6 +103,8 @@ class Library {
 
   // The stored row. Precondition: 0 <= frame < clip(clip).num_frames().
   FrameView frame(int clip, int64_t frame) const;
+  // Elements of each of its tensors, in the order of FrameView.
+  absl::Span<const int64_t> row_widths() const { return row_widths_; }
 
   // SHA-256 of manifest bytes and frames digest together.
   const std::string& digest() const { return digest_; }
@@ -123,27 +125,35 @@ class Library {
   absl::string_view bytes_;                   // of one of the two
   std::map<std::string, TensorView> frames_;  // in bytes_
   FrameView base_{};
+  std::vector<int64_t> row_widths_;  // by FrameColumns()
   std::string digest_;
 };
 
-// A buffer for one reference frame after wrapping: allocate once per thread.
+// One reference frame after wrapping: rows of the library where they hold as
+// they are, a buffer of its own for what is moved. Allocate once per thread.
 class ReferenceFrame {
  public:
   explicit ReferenceFrame(const Library& library);
   ReferenceFrame(const ReferenceFrame&) = delete;
   ReferenceFrame& operator=(const ReferenceFrame&) = delete;
 
-  // Frame `frame` >= 0 of a clip. Looping clips: any frame, wrapped and moved
-  // by the cycle transform (planar translation and yaw; velocities turned
-  // too). Others: frames past the end repeat the last frame with zero
-  // velocities. No allocation.
+  // Frame `frame` >= 0 of a clip of the constructor's library. Looping clips:
+  // any frame, wrapped and moved by the cycle transform (planar translation and
+  // yaw; velocities turned too). Others: frames past the end repeat the last
+  // frame with zero velocities. No allocation; the frame that was loaded last
+  // costs nothing.
   void Load(const Library& library, int clip, int64_t frame);
 
+  // Of the last Load; points into the library too, and changes with each Load.
   const FrameView& view() const { return view_; }
 
  private:
   std::vector<float> storage_;
   FrameView view_{};
+  // What is loaded.
+  const Library* library_ = nullptr;
+  int clip_ = -1;
+  int64_t frame_ = -1;
 };
 
 // Last frame index at which an episode may stand: num_frames - 1 for clips

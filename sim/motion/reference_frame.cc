@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 
 #include "common/check.h"
@@ -42,45 +43,48 @@ struct PlanarTransform {
 // The cycle transform of `clip` applied `cycles` times: with a = cycle_yaw,
 // c = cycle_x,y and p0 the root's place in the first row,
 //   x -> p0 + R(k a)(x - p0) + sum over j < k of R(j a) c,
-// the sum being R((k-1) a / 2) c sin(k a / 2) / sin(a / 2).
+// the sum being R((k-1) a / 2) c sin(k a / 2) / sin(a / 2). With planes as
+// complex numbers, half = exp(i a / 2) and all = exp(i k a / 2) give the rest.
 PlanarTransform CycleTransform(const v1::ClipInfo& clip, const float* p0,
                                int64_t cycles) {
+  using Complex = std::complex<double>;
   const double a = clip.cycle_yaw();
   const double k = static_cast<double>(cycles);
-  const double half = std::sin(a / 2);
+  const Complex half(std::cos(a / 2), std::sin(a / 2));
+  const Complex all(std::cos(k * a / 2), std::sin(k * a / 2));
   const double scale =
-      std::abs(half) < 1e-12 ? k : std::sin(k * a / 2) / half;
-  const double middle = (k - 1) * a / 2;
-  PlanarTransform t;
-  t.cosine = std::cos(k * a);
-  t.sine = std::sin(k * a);
-  t.half_cosine = std::cos(k * a / 2);
-  t.half_sine = std::sin(k * a / 2);
-  const double cx = scale * (std::cos(middle) * clip.cycle_x() -
-                             std::sin(middle) * clip.cycle_y());
-  const double cy = scale * (std::sin(middle) * clip.cycle_x() +
-                             std::cos(middle) * clip.cycle_y());
-  t.x = p0[0] + cx - (t.cosine * p0[0] - t.sine * p0[1]);
-  t.y = p0[1] + cy - (t.sine * p0[0] + t.cosine * p0[1]);
-  return t;
+      std::abs(half.imag()) < 1e-12 ? k : all.imag() / half.imag();
+  const Complex turn = all * all;
+  const Complex start(p0[0], p0[1]);
+  const Complex shift =
+      start - turn * start +
+      scale * (all * std::conj(half)) * Complex(clip.cycle_x(), clip.cycle_y());
+  return {.cosine = turn.real(),
+          .sine = turn.imag(),
+          .half_cosine = all.real(),
+          .half_sine = all.imag(),
+          .x = shift.real(),
+          .y = shift.imag()};
+}
+
+// Whether cycles move such a column.
+bool IsMoved(ColumnKind kind) {
+  return kind == ColumnKind::kPosition || kind == ColumnKind::kVelocity ||
+         kind == ColumnKind::kRotation;
+}
+
+bool IsVelocity(ColumnKind kind) {
+  return kind == ColumnKind::kVelocity || kind == ColumnKind::kJointVelocity;
 }
 
 void MoveRow(const PlanarTransform& transform, ColumnKind kind, int64_t width,
              const float* in, float* out) {
-  switch (kind) {
-    case ColumnKind::kPosition:
-      for (int64_t i = 0; i < width; i += 3) transform.Point(in + i, out + i);
-      break;
-    case ColumnKind::kVelocity:
-      for (int64_t i = 0; i < width; i += 3) transform.Vector(in + i, out + i);
-      break;
-    case ColumnKind::kRotation:
-      for (int64_t i = 0; i < width; i += 4) {
-        transform.Rotation(in + i, out + i);
-      }
-      break;
-    default:
-      std::copy_n(in, width, out);
+  if (kind == ColumnKind::kPosition) {
+    for (int64_t i = 0; i < width; i += 3) transform.Point(in + i, out + i);
+  } else if (kind == ColumnKind::kVelocity) {
+    for (int64_t i = 0; i < width; i += 3) transform.Vector(in + i, out + i);
+  } else {
+    for (int64_t i = 0; i < width; i += 4) transform.Rotation(in + i, out + i);
   }
 }
 
@@ -88,41 +92,39 @@ void MoveRow(const PlanarTransform& transform, ColumnKind kind, int64_t width,
 
 ReferenceFrame::ReferenceFrame(const Library& library) {
   int64_t size = 0;
-  for (const FrameColumn& column : FrameColumns()) {
-    size += RowWidth(column, library.manifest());
-  }
+  for (const int64_t width : library.row_widths()) size += width;
   storage_.resize(size);
-  const float* next = storage_.data();
-  for (const FrameColumn& column : FrameColumns()) {
-    view_.*column.pointer = next;
-    next += RowWidth(column, library.manifest());
-  }
 }
 
 void ReferenceFrame::Load(const Library& library, int clip, int64_t frame) {
   SINEW_DCHECK(frame >= 0) << "frame " << frame;
+  if (&library == library_ && clip == clip_ && frame == frame_) return;
+  library_ = &library;
+  clip_ = clip;
+  frame_ = frame;
   const v1::ClipInfo& info = library.clip(clip);
   const int64_t rows = info.num_frames();
   const bool ended = !info.loops() && frame >= rows;
   const int64_t cycles = info.loops() ? frame / rows : 0;
   const int64_t row = info.loops() ? frame % rows : std::min(frame, rows - 1);
-  const FrameView source = library.frame(clip, row);
+  view_ = library.frame(clip, row);
+  if (cycles == 0 && !ended) return;
   PlanarTransform transform;
   if (cycles > 0) {
     transform =
         CycleTransform(info, library.frame(clip, 0).root_position, cycles);
   }
   float* out = storage_.data();
+  const int64_t* width = library.row_widths().data();
   for (const FrameColumn& column : FrameColumns()) {
-    const int64_t width = RowWidth(column, library.manifest());
-    const bool is_velocity = column.kind == ColumnKind::kVelocity ||
-                             column.kind == ColumnKind::kJointVelocity;
-    if (ended && is_velocity) {
-      std::fill_n(out, width, 0.F);
-    } else {
-      MoveRow(transform, column.kind, width, source.*column.pointer, out);
+    if (ended && IsVelocity(column.kind)) {
+      std::fill_n(out, *width, 0.F);
+      view_.*column.pointer = out;
+    } else if (cycles > 0 && IsMoved(column.kind)) {
+      MoveRow(transform, column.kind, *width, view_.*column.pointer, out);
+      view_.*column.pointer = out;
     }
-    out += width;
+    out += *width++;
   }
 }
 

@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
+#include "common/random/philox.h"
+#include "common/testing/matchers.h"
 #include "sim/world/testing/toy_world.h"
 #include "sim/world/tracking_task.h"
 
@@ -15,6 +19,7 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
+using ::sinew::testing::IsOk;
 
 Quaterniond Turn(double angle, const Vector3d& axis) {
   return Quaterniond(AngleAxisd(angle, axis.normalized()));
@@ -52,9 +57,8 @@ BodyState StateAfter(const BodyReader& reader, const mjModel* model,
   const character::DataPtr data(mj_makeData(model));
   SetBusyState(model, data.get());
   mj_integratePos(model, data->qpos, data->qvel, dt);
-  BodyReader::Refresh(model, data.get());
   BodyState state(reader.num_bodies(), reader.num_joints());
-  reader.Read(model, data.get(), &state);
+  reader.Read(data.get(), &state);
   return state;
 }
 
@@ -77,6 +81,74 @@ TEST(BodyReader, VelocitiesAreThoseOfFrameOriginsByFiniteDifferences) {
   }
 }
 
+// The frame of a body as MuJoCo sees it; data has positions and velocities.
+void ExpectMotionOf(const mjModel* model, const mjData* data, int id,
+                    const BodyState& state, int b) {
+  double velocity[6];  // angular, then linear
+  mj_objectVelocity(model, data, mjOBJ_XBODY, id, velocity, /*flg_local=*/0);
+  const double* q = data->xquat + 4 * id;
+  const Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(state.position[b][i], data->xpos[3 * id + i], 1e-13) << id;
+    EXPECT_NEAR(state.angular_velocity[b][i], velocity[i], 1e-12) << id;
+    EXPECT_NEAR(state.linear_velocity[b][i], velocity[3 + i], 1e-12) << id;
+  }
+  EXPECT_LT((state.rotation[b].coeffs() - rotation.coeffs()).norm(), 1e-13)
+      << id;
+}
+
+class BodyReaderOfCharacterTest
+    : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(BodyReaderOfCharacterTest, AgreesWithMuJoCoInAnyState) {
+  auto loaded = character::Character::Load(GetParam(), v1::Physics());
+  ASSERT_THAT(loaded, IsOk());
+  const character::Character& character = **loaded;
+  const mjModel* model = character.model();
+  const BodyReader reader(character);
+  const character::DataPtr data(mj_makeData(model));
+  BodyState state(reader.num_bodies(), reader.num_joints());
+  std::vector<float> noise(model->nq + model->nv);
+
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    FillNormal({.seed = seed}, absl::MakeSpan(noise));
+    std::copy_n(noise.begin(), model->nq, data->qpos);
+    std::copy_n(noise.begin() + model->nq, model->nv, data->qvel);
+    mju_normalize4(data->qpos + 3);
+    reader.Read(data.get(), &state);
+
+    mj_kinematics(model, data.get());
+    mj_comPos(model, data.get());
+    mj_comVel(model, data.get());
+    for (int b = 0; b < reader.num_bodies(); ++b) {
+      ExpectMotionOf(model, data.get(), character.tracked()[b] + 1, state, b);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Characters, BodyReaderOfCharacterTest,
+                         ::testing::Values("humanoid", "g1"),
+                         [](const auto& info) { return info.param; });
+
+TEST(BodyReader, ReadsThePhysicsRowAlone) {
+  const testing::ToyWorld toy = testing::MakeToyWorld();
+  const BodyReader reader(*toy.character);
+  const mjModel* model = toy.character->model();
+  const BodyState expected = StateAfter(reader, model, 0);
+  const character::DataPtr data(mj_makeData(model));
+  SetBusyState(model, data.get());
+  std::fill_n(data->xpos, 3 * model->nbody, 7.0);
+  std::fill_n(data->xquat, 4 * model->nbody, 7.0);
+  std::fill_n(data->cvel, 6 * model->nbody, 7.0);
+
+  BodyState state = expected;
+  reader.Read(data.get(), &state);
+
+  EXPECT_EQ(state.position, expected.position);
+  EXPECT_EQ(state.linear_velocity, expected.linear_velocity);
+  EXPECT_EQ(data->xpos[3], 7);
+}
+
 TEST(BodyReader, AgreesWithTheLibraryOnEveryFrame) {
   const testing::ToyWorld toy = testing::MakeToyWorld();
   const BodyReader reader(*toy.character);
@@ -89,8 +161,7 @@ TEST(BodyReader, AgreesWithTheLibraryOnEveryFrame) {
     for (int f = 0; f < toy.library->clip(clip).num_frames(); ++f) {
       const motion::FrameView frame = toy.library->frame(clip, f);
       SetReferencePose(*toy.character, frame, data.get());
-      BodyReader::Refresh(model, data.get());
-      reader.Read(model, data.get(), &simulated);
+      reader.Read(data.get(), &simulated);
       reader.Read(frame, &reference);
       for (int b = 0; b < reader.num_bodies(); ++b) {
         const auto distance = [&](const auto& member) {

@@ -4,6 +4,7 @@ namespace sinew::world {
 
 void ReadFootContacts(const character::Character& character, mjData* data,
                       absl::Span<float> out) {
+  mj_kinematics(character.model(), data);
   for (size_t f = 0; f < out.size(); ++f) {
     out[f] = 0;
     for (int geom : character.foot_geoms()[f]) {

@@ -11,9 +11,9 @@ namespace sinew::world {
 // Distance at which a sole counts as touching the floor, m.
 inline constexpr double kContactDistance = 0.005;
 
-// Writes [F] 1 where a foot's sole is within kContactDistance of the floor, 0
-// elsewhere. `data` has its geoms placed (mj_kinematics); its scratch memory is
-// used, nothing in it changes.
+// Writes [F] 1 where a foot's sole is within kContactDistance of the floor in
+// the position qpos, 0 elsewhere. Places data's bodies and geoms
+// (mj_kinematics) and uses its scratch memory; no state changes.
 //
 // Thread-safety: one caller per data. Blocking: never; nothing allocates.
 // Errors: none.

@@ -103,9 +103,9 @@ class HumanoidMirrorTest : public ::testing::Test {
   std::vector<float> Observe(int clip, uint64_t seed, bool mirrored,
                              const std::vector<double>& previous_target) {
     SetPose(seed, mirrored);
-    task_->Refresh(data_.get());
-    std::vector<float> observation(task_->observation_width());
     const auto work = task_->MakeWorkspace();
+    task_->Refresh(data_.get(), work.get());
+    std::vector<float> observation(task_->observation_width());
     task_->Observe(data_.get(), {.clip = clip}, previous_target,
                    absl::MakeSpan(observation), work.get());
     return observation;

@@ -50,6 +50,7 @@ struct Playback {
 
   // Distance from the floor of the nearest geom of foot `f`, negative below.
   double FootHeight(size_t f) {
+    mj_kinematics(character->model(), data.get());
     double nearest = 1;
     for (const int geom : character->foot_geoms()[f]) {
       nearest = std::min(nearest, mj_geomDistance(character->model(),

@@ -69,8 +69,8 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   for (size_t i = 0; i < work->ahead.size(); ++i) {
     work->ahead_frames.push_back(
         std::make_unique<motion::ReferenceFrame>(*library_));
-    work->ahead_contact.push_back(work->ahead_frames.back()->view().contact);
   }
+  work->ahead_contact.resize(work->ahead.size());
   work->frame = std::make_unique<motion::ReferenceFrame>(*library_);
   work->self_contact.resize(character_->foot_bodies().size());
   work->noise.resize(2 * reader_.num_joints());
@@ -143,11 +143,11 @@ void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
   ReadJoints(data, absl::MakeSpan(work->joint_position));
   action_.InitialTarget(work->joint_position, work->frame->view(),
                         previous_target);
-  Refresh(data);
+  Refresh(data, work);
 }
 
-void TrackingTask::Refresh(mjData* data) const {
-  BodyReader::Refresh(character_->model(), data);
+void TrackingTask::Refresh(mjData* data, Workspace* work) const {
+  reader_.Read(data, &work->body);
 }
 
 void TrackingTask::ReadJoints(const mjData* data,
@@ -161,11 +161,11 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
                            absl::Span<float> out, Workspace* work) const {
   const int64_t current = int64_t{episode.start_frame} + episode.step;
-  reader_.Read(character_->model(), data, &work->body);
   for (size_t i = 0; i < work->ahead.size(); ++i) {
     work->ahead_frames[i]->Load(*library_, episode.clip,
                                 current + observation_.frames_ahead()[i]);
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
+    work->ahead_contact[i] = work->ahead_frames[i]->view().contact;
   }
   if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     ReadFootContacts(*character_, data, absl::MakeSpan(work->self_contact));
@@ -206,11 +206,10 @@ StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
                                 Episode* episode, Workspace* work) const {
   ++episode->step;
   if (physics.diverged) return DivergedStep();
-  Refresh(data);
   work->frame->Load(*library_, episode->clip,
                     int64_t{episode->start_frame} + episode->step);
   reader_.Read(work->frame->view(), &work->reference);
-  reader_.Read(character_->model(), data, &work->body);
+  Refresh(data, work);
   return Judge(physics.power, episode, work);
 }
 

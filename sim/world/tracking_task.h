@@ -74,8 +74,9 @@ inline StepResult DivergedStep() {
 //     task.Target(data, e, action, target, work);
 //     StepResult r = task.Step(data, target, &e, previous_target, work);
 //
-// Reset and Step leave the data refreshed; a data into which a physics row was
-// put needs Refresh before Observe (Target and Step need nothing).
+// Reset and Step leave the state of the data in work->body, where Observe wants
+// it; a data into which a physics row was put needs Refresh before Observe
+// (Target and Step need nothing). Of the data they read the physics row alone.
 //
 // Thread-safety: immutable; scratch is per thread in Workspace. Ownership:
 // borrows character and library, which must outlive it. Blocking: never; the
@@ -86,7 +87,7 @@ class TrackingTask {
   // Per-thread scratch; which fields mean something when is said at the
   // methods. Made by MakeWorkspace.
   struct Workspace {
-    BodyState body;       // last state observed, or reached by Step
+    BodyState body;       // of the last Reset, Refresh or Step
     BodyState reference;  // what Step compared `body` with
     // Frames ahead of the last observation.
     std::vector<BodyState> ahead;
@@ -121,11 +122,11 @@ class TrackingTask {
   void Reset(const Episode& episode, const RandomKey* noise, mjData* data,
              absl::Span<double> previous_target, Workspace* work) const;
 
-  // Recomputes what observation and reward read from qpos and qvel.
-  void Refresh(mjData* data) const;
+  // Works out work->body from qpos and qvel.
+  void Refresh(mjData* data, Workspace* work) const;
 
-  // [observation_width] float32 of the refreshed state, not normalised. Uses
-  // data's scratch memory, changes nothing in it.
+  // [observation_width] float32 of the state in work->body, which is that of
+  // data; not normalised. May place data's geoms (foot_contact.h).
   void Observe(mjData* data, const Episode& episode,
                absl::Span<const double> previous_target, absl::Span<float> out,
                Workspace* work) const;
@@ -135,7 +136,7 @@ class TrackingTask {
               absl::Span<const float> action, absl::Span<double> target,
               Workspace* work) const;
 
-  // One control step under `target`: physics, refresh, reward, termination;
+  // One control step under `target`: physics, reward, termination;
   // advances the episode (step + 1, sums) and copies target into
   // previous_target. Never resets. Is Finish after Simulate.
   StepResult Step(mjData* data, absl::Span<const double> target,
@@ -146,7 +147,7 @@ class TrackingTask {
   ActuationResult Simulate(mjData* data, absl::Span<const double> target,
                            absl::Span<double> previous_target) const;
 
-  // The other half: refreshes, compares with the frame after the episode's
+  // The other half: compares the state with the frame after the episode's
   // current one, advances the episode. Leaves work->body and work->reference.
   StepResult Finish(mjData* data, const ActuationResult& physics,
                     Episode* episode, Workspace* work) const;

@@ -195,7 +195,7 @@ TEST(TrackingTask, GivesTheSameBytesWhateverLayInTheData) {
     const std::vector<double> row = scribbled.Row();
     Scribble(scribbled.model, scribbled.data.get());
     scribbled.SetRow(row);
-    scribbled.task->Refresh(scribbled.data.get());
+    scribbled.task->Refresh(scribbled.data.get(), scribbled.work.get());
 
     ASSERT_EQ(clean.Observe(), scribbled.Observe()) << i;
     const StepResult a = clean.Step();

@@ -40,6 +40,7 @@ struct Options {
   int threads = 0;
   int pictures = 24;
   bool no_pictures = false, no_html = false, quiet = false;
+  bool report_only = false;
 };
 
 absl::StatusOr<import::ImportOptions> Importing(const Options& options) {
@@ -48,6 +49,7 @@ absl::StatusOr<import::ImportOptions> Importing(const Options& options) {
   importing.provenance = options.provenance;
   importing.licence = options.licence;
   importing.threads = options.threads;
+  importing.report_only = options.report_only;
   importing.read.format = options.format;
   importing.read.asf = options.asf;
   import::ReadOptions& read = importing.read.read;
@@ -214,6 +216,7 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   importing.changed = &changed;
   const absl::Status imported = import::ImportFiles(
       *character, files, importing, options.out, &reports);
+  if (absl::IsCancelled(imported)) return imported;
   // Ends the bar's line before the table.
   showing = std::make_unique<Showing>(options.quiet);
   if (!options.quiet) PrintTable(reports);
@@ -306,6 +309,8 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_flag("--no-pictures", options->no_pictures,
                     "none of them");
   command->add_flag("--no-html", options->no_html, "no report.html");
+  command->add_flag("--report-only", options->report_only,
+                    "report.json and report.html, no library");
   command->add_flag("--quiet", options->quiet, "the last line alone");
   command->add_option("files", options->files, "clips, or folders of them")
       ->required();

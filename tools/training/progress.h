@@ -44,7 +44,7 @@ class Progress {
     bool is_terminal = false;
     absl::Duration period = absl::Seconds(10);
     // Takes text as it is to appear; unset: stderr.
-    std::function<void(absl::string_view)> write;
+    std::function<void(absl::string_view)> write = nullptr;
   };
   Progress(Options options, const Clock& clock);
   // Ends the bar's line.

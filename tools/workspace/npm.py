@@ -4,7 +4,7 @@ Called by npm_package.bzl with one JSON argument:
   packages:  {"name@version": "base64 of the archive's SHA-512", ...}
   include:   shell patterns of the files to unpack; "*" crosses folders
   npm_wheel: {"name==version": "sha256"} with npm, where the machine has none
-  out:       folder to unpack into, each package in a folder of its name
+  out:       folder to unpack into, each package in a folder of its name (without "@")
 """
 
 import base64
@@ -66,7 +66,9 @@ def check(archive, package, expected):
 
 def unpack(archive, package, spec):
     """Unpacks the chosen files, whose paths begin with "package/"."""
-    target = pathlib.Path(spec["out"]) / package.rpartition("@")[0]
+    # "@" begins the name of a repository in labels.
+    name = package.rpartition("@")[0].lstrip("@")
+    target = pathlib.Path(spec["out"]) / name
     count = 0
     with tarfile.open(archive) as files:
         for member in files:

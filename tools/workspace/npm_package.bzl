@@ -34,7 +34,7 @@ npm_package = repository_rule(
         "packages": attr.string_dict(
             mandatory = True,
             doc = "name@version to the archive's SHA-512, base64 as npm prints it; " +
-                  "unpacked into a folder of the package's name",
+                  "unpacked into a folder of the package's name without \"@\"",
         ),
     },
     # What npm is, and where it asks, is the machine's business.

@@ -108,6 +108,26 @@ bool AreGood(const aiNodeAnim& channel) {
          channel.mNumRotationKeys > 0 && channel.mNumScalingKeys > 0;
 }
 
+// The time that keys are spread over. The library adds single keys, at any
+// time, to what does not move; they count only where nothing moves.
+struct Span {
+  bool any = false, any_moves = false;
+  double start = 0, end = 0;
+
+  template <typename Key>
+  void Extend(std::span<const Key> keys) {
+    const bool moves = keys.size() > 1;
+    if (any_moves && !moves) return;
+    const double first = keys.front().mTime;
+    const double last = moves ? keys.back().mTime : first;
+    const bool is_new = !any || (moves && !any_moves);
+    start = is_new ? first : std::min(start, first);
+    end = is_new ? last : (moves ? std::max(end, last) : start);
+    any = true;
+    any_moves = moves;
+  }
+};
+
 Affine3d Local(const FbxNode& node, double tick) {
   if (node.channel == nullptr) return node.still;
   return Eigen::Translation3d(Sample(Positions(*node.channel), tick)) *
@@ -153,6 +173,7 @@ absl::StatusOr<FbxAnimation> FbxAnimation::Create(
   SINEW_RETURN_IF_ERROR(
       animation.AddChannels(*scene.mAnimations[chosen], source));
   animation.AddBinds(scene);
+  animation.FindReplacedPivots();
   return animation;
 }
 
@@ -203,12 +224,7 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
   if (animation.mTicksPerSecond > 0) {
     ticks_per_second_ = animation.mTicksPerSecond;
   }
-  bool any = false;
-  const auto extend = [this, &any](double first, double last) {
-    start_ = any ? std::min(start_, first) : first;
-    end_ = any ? std::max(end_, last) : last;
-    any = true;
-  };
+  Span span;
   for (unsigned i = 0; i < animation.mNumChannels; ++i) {
     const aiNodeAnim& channel = *animation.mChannels[i];
     const auto node = by_name.find(channel.mNodeName.C_Str());
@@ -219,18 +235,23 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
                                 ": expected finite keys in order of time"));
     }
     nodes_[node->second].channel = &channel;
-    extend(Positions(channel).front().mTime, Positions(channel).back().mTime);
+    span.Extend(Positions(channel));
     const auto rotations = Rotations(channel);
-    extend(rotations.front().mTime, rotations.back().mTime);
-    const double span =
+    span.Extend(rotations);
+    const double seconds =
         (rotations.back().mTime - rotations.front().mTime) / ticks_per_second_;
-    if (span > 0) {
-      keys_per_second_ = std::max(
-          keys_per_second_, static_cast<double>(rotations.size() - 1) / span);
+    if (seconds > 0) {
+      keys_per_second_ =
+          std::max(keys_per_second_,
+                   static_cast<double>(rotations.size() - 1) / seconds);
     }
   }
-  return any ? absl::OkStatus()
-             : Error(source, "expected an animation of its nodes, found none");
+  if (!span.any) {
+    return Error(source, "expected an animation of its nodes, found none");
+  }
+  start_ = span.start;
+  end_ = span.end;
+  return absl::OkStatus();
 }
 
 void FbxAnimation::AddBinds(const aiScene& scene) {
@@ -270,6 +291,16 @@ void FbxAnimation::AddBinds(const aiScene& scene) {
   }
 }
 
+void FbxAnimation::FindReplacedPivots() {
+  for (const FbxNode& node : nodes_) {
+    if (node.is_pivot || node.channel == nullptr) continue;
+    for (int above = node.parent; above >= 0 && nodes_[above].is_pivot;
+         above = nodes_[above].parent) {
+      nodes_[above].is_replaced = true;
+    }
+  }
+}
+
 std::vector<Affine3d> FbxAnimation::Still() const {
   std::vector<Affine3d> world;
   world.reserve(nodes_.size());
@@ -285,7 +316,8 @@ std::vector<Affine3d> FbxAnimation::At(double seconds) const {
   std::vector<Affine3d> world;
   world.reserve(nodes_.size());
   for (const FbxNode& node : nodes_) {
-    const Affine3d local = Local(node, tick);
+    const Affine3d local =
+        node.is_replaced ? Affine3d::Identity() : Local(node, tick);
     world.push_back(node.parent < 0 ? local : world[node.parent] * local);
   }
   return world;

@@ -20,6 +20,9 @@ struct FbxNode {
   // One of those that the library puts above a node for its pivots, pre- and
   // post-rotation.
   bool is_pivot = false;
+  // A pivot whose node has an animation of its own, under its own name: the
+  // library (5.2) puts all of the chain, pre-rotation included, into that.
+  bool is_replaced = false;
   bool has_mesh = false;
   Eigen::Affine3d still;  // in the parent, without animation
   // In the world, when a mesh was bound to it; set only after still poses.
@@ -55,6 +58,7 @@ class FbxAnimation {
   absl::Status AddChannels(const aiAnimation& animation,
                            absl::string_view source);
   void AddBinds(const aiScene& scene);
+  void FindReplacedPivots();
 
   std::vector<FbxNode> nodes_;
   double ticks_per_second_ = 1;

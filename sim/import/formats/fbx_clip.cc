@@ -41,6 +41,8 @@ constexpr double kLeastKeyRate = 10;
 // How far a joint may move along its parent without a word, share of its
 // distance from it.
 constexpr double kStretch = 0.05;
+// Half angles (rad) below it are rounding, not turns.
+constexpr double kTurns = 1e-3;
 // Frames a second of FBX's time modes; 0: it does not say.
 constexpr double kModeRates[] = {0,       120,     100, 60, 50,   48,
                                  30,      30,      30000.0 / 1001,
@@ -224,7 +226,7 @@ class ClipBuilder {
       }
       pose.rotation.push_back(
           (turned[parent].conjugate() * turned[i]).normalized());
-      turns_[i] = turns_[i] || pose.rotation[i].vec().norm() > 1e-5;
+      turns_[i] = turns_[i] || pose.rotation[i].vec().norm() > kTurns;
       const Vector3d place =
           transform.translation() - world[skeleton_.nodes[parent]].translation();
       const double distance = joints[i].offset.norm();

@@ -139,7 +139,7 @@ absl::StatusOr<std::string> NpzFile::ReadMember(const std::string& name,
                                                 int64_t limit) const {
   const auto member = members_.find(name);
   if (member == members_.end()) {
-    return absl::NotFoundError(absl::StrCat(
+    return absl::InvalidArgumentError(absl::StrCat(
         source_, ": expected a member ", name, ", found ", Names()));
   }
   const std::string label = Label(name);

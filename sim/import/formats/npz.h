@@ -25,7 +25,7 @@ namespace sinew::import {
 //
 // Thread-safety: one thread at a time. Ownership: borrows the bytes. Blocking:
 // never. Errors: INVALID_ARGUMENT naming source and member, expected and found;
-// RESOURCE_EXHAUSTED: too large; NOT_FOUND: no such member.
+// RESOURCE_EXHAUSTED: too large.
 class NpzFile {
  public:
   // The directory of the file. INVALID_ARGUMENT: not a zip, or a name twice.

@@ -147,7 +147,7 @@ TEST(SmplNpz, ReadsTheDialectOfAmassX) {
   std::vector<double> root(9, 0);
   for (int frame = 0; frame < 3; ++frame) root[3 * frame] = M_PI / 2;
   const auto clip = Parse(
-      {{"root_orient", MakeNpy("<f8", kShape3, root)},
+      {{"root_orient", MakeNpy("<f4", kShape3, root)},
        {"pose_body", MakeNpy("<f8", "(3, 63)", std::vector<double>(189))},
        {"trans", MakeNpy("<f8", kShape3, Trans())},
        {"mocap_frame_rate", MakeNpy("<f8", "()", {50})},
@@ -208,7 +208,8 @@ TEST(SmplNpz, OptionsGoBeforeTheFile) {
                   clip->poses[0].root_position.z(), 0.01, 1e-9);
   EXPECT_THAT(Parse(Members(), {.frames_per_second = NAN}),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("frames_per_second")));
+                       HasSubstr("frames per second: expected a number from "
+                                 "0.001 to 10000, found nan")));
 }
 
 TEST(SmplNpz, WarnsOfABodyFarFromTheMean) {
@@ -242,7 +243,9 @@ std::vector<double> PosesWith(int at, double value) {
 INSTANTIATE_TEST_SUITE_P(
     Members, SmplNpzError,
     ::testing::Values(
-        BadFile{{}, "expected"},
+        BadFile{{{"fps", MakeNpy("<i4", "(1,)", {30})}, {"joint_pos", "?"}},
+                "poses: expected a member of this name, pose_aa, or "
+                "root_orient and pose_body, found fps, joint_pos"},
         BadFile{Without("poses"), "poses: expected a member of this name"},
         BadFile{Without("trans"), "expected a member trans, found betas, "},
         BadFile{Without("mocap_framerate"),
@@ -387,7 +390,7 @@ TEST(SmplNpz, RealBodiesStandUprightOnTheFloor) {
     worst = std::max(worst, std::abs(median));
     EXPECT_GT(upright / static_cast<double>(clip->poses.size()), 0.7) << name;
   }
-  EXPECT_GE(read, 50);
+  EXPECT_GE(read, 40);
   RecordProperty("worst_median_height_m", absl::StrCat(worst));
 }
 

@@ -265,6 +265,7 @@ int FindMapped(const SourceSkeleton& skeleton, absl::string_view name) {
 
 absl::Status CheckMapFits(const v1::SkeletonMap& map,
                           const SourceSkeleton& skeleton) {
+  SINEW_RETURN_IF_ERROR(CheckMap(map, absl::StrCat("map ", map.name())));
   for (const v1::JointRole& joint : map.joints()) {
     if (FindMapped(skeleton, joint.source()) >= 0) continue;
     return absl::InvalidArgumentError(absl::StrCat(

@@ -43,9 +43,9 @@ absl::StatusOr<std::vector<v1::SkeletonMap>> KnownSkeletonMaps();
 // so after a prefix that ends in ":" or is "mixamorig"; -1: none.
 int FindMapped(const SourceSkeleton& skeleton, absl::string_view name);
 
-// Whether all joints of the map are there and lie below one another as their
-// roles do. INVALID_ARGUMENT naming map, joint, and the joints whose names are
-// nearest.
+// Whether the map is good (ParseSkeletonMap) and all its joints are there and
+// lie below one another as their roles do. INVALID_ARGUMENT naming map, joint,
+// and the joints whose names are nearest.
 absl::Status CheckMapFits(const v1::SkeletonMap& map,
                           const SourceSkeleton& skeleton);
 

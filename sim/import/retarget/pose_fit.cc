@@ -1,6 +1,7 @@
 #include "sim/import/retarget/pose_fit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sim/import/retarget/banded_solver.h"

@@ -5,6 +5,7 @@
 
 #include "common/check.h"
 #include "sim/import/retarget/refine_terms.h"
+#include "sim/motion/rotation.h"
 
 namespace sinew::import {
 namespace {
@@ -14,6 +15,7 @@ using Eigen::VectorXd;
 constexpr double kFirstDamping = 1e-4;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kMostDamping = 1e3;
+constexpr int kStalledSteps = 8;
 // Frames that terms reach beyond one.
 constexpr int kReachFrames = 2;
 
@@ -24,11 +26,17 @@ struct Window {
   HeldFrames held;  // within
 };
 
+// Levenberg's damping rises until a step lowers the cost. Which points may bear
+// is chosen anew after each step, which may raise the cost again and go back
+// and forth for ever: some steps without a lower cost than ever before are the
+// last.
 ModelMotion Minimise(RefineTerms* terms, ModelMotion start,
                      const RefineOptions& options) {
   RefineState state = terms->Begin(std::move(start));
   NormalEquations equations = terms->MakeEquations();
   double damping = kFirstDamping;
+  double least = state.cost;
+  int stalled = 0;
   bool converged = false;
   for (int i = 0; i < options.iterations && !converged; ++i) {
     terms->Linearise(state, &equations);
@@ -43,9 +51,12 @@ ModelMotion Minimise(RefineTerms* terms, ModelMotion start,
       damping = std::max(damping / 50, kLeastDamping);
       converged = state.cost - next.cost < options.converged * state.cost;
       state = std::move(next);
-      terms->ChooseContacts(&state);
     }
-    converged |= !accepted;
+    if (!accepted) break;
+    terms->ChooseContacts(&state);
+    stalled = state.cost < (1 - options.converged) * least ? 0 : stalled + 1;
+    converged |= stalled >= kStalledSteps;
+    least = std::min(least, state.cost);
   }
   return std::move(state.motion);
 }
@@ -84,7 +95,8 @@ ModelMotion Cut(const ModelMotion& motion, const Window& window) {
 
 // Puts the free frames of a window back into the motion. Where one was seen a
 // cycle later, a motion of two frames takes it back: the pivot of the cycle,
-// and the frame.
+// and the frame. The cycle goes on to be the same map of the world about a new
+// pivot.
 void Paste(const ModelMotion& part, const Window& window, ModelMotion* motion) {
   const int frames = motion->frames();
   ModelMotion back;
@@ -101,6 +113,13 @@ void Paste(const ModelMotion& part, const Window& window, ModelMotion* motion) {
       motion->qpos[t - frames] = FrameAt(back, -1);
     }
   }
+  if (window.end <= frames) return;
+  const Eigen::Vector3d pivot =
+      back.qpos[0].head<3>() - motion->qpos[0].head<3>();
+  const Eigen::Vector3d shift =
+      pivot - motion::YawRotation(motion->cycle.yaw) * pivot;
+  motion->cycle.x += shift.x();
+  motion->cycle.y += shift.y();
 }
 
 void ClampHinges(const ImportModel& model, ModelMotion* motion) {

@@ -103,6 +103,10 @@ class RefineTerms {
   void AddSmoothness(const RefineState& state, int t,
                      NormalEquations* equations) const;
   void AddPhysics(const RefineState& state, int t, NormalEquations* equations);
+  // Fills last_, here_ and next_ with the derivatives of the weighted remainder
+  // by velocity and acceleration towards the frames beside, and by the pose;
+  // returns the remainder. Rows that floor forces reach come first.
+  Eigen::VectorXd DifferentiateForces(const ContactFit& fit, double rate);
   void AddSlip(const RefineState& state, int t,
                NormalEquations* equations) const;
 

@@ -212,7 +212,7 @@ TEST_F(RefineTest, MakesAFloatingMotionPhysicalWithoutChangingItMuch) {
   }
 }
 
-// Two long squats, a line of them and a loop.
+// Many squats along a curve, as a line and as a loop.
 class RefineWindows : public RefineTest,
                       public ::testing::WithParamInterface<bool> {};
 

@@ -4,6 +4,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/first_frame.h"
 #include "sim/import/maps/draft_map.h"
 #include "sim/import/maps/skeleton_maps.h"
 #include "sim/import/retarget/body_map.h"
@@ -62,14 +63,18 @@ absl::StatusOr<v1::SkeletonMap> ChooseMap(const SourceClip& clip,
 }  // namespace
 
 absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
-                                        const SourceClip& clip,
+                                        const SourceClip& source,
                                         const RetargetOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
   SINEW_RETURN_IF_ERROR(CheckModel(model));
   Retargeted result;
-  result.warnings = clip.warnings;
+  result.warnings = source.warnings;
   SINEW_ASSIGN_OR_RETURN(const v1::SkeletonMap roles,
-                         ChooseMap(clip, options, &result.warnings));
+                         ChooseMap(source, options, &result.warnings));
+  SourceClip clip = source;
+  if (roles.first_frame_is_rest() && FirstFrameIsRest(clip)) {
+    DropFirstPose(clip);
+  }
   result.map = roles.name();
   SINEW_ASSIGN_OR_RETURN(
       const RoleTrack track,

@@ -11,6 +11,7 @@
 
 #include "common/testing/matchers.h"
 #include "sim/character/character.h"
+#include "sim/import/maps/draft_map.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/testing/made_skeletons.h"
 
@@ -206,11 +207,11 @@ TEST_P(RetargetTest, ACharacterWithoutKneesIsRefused) {
 }
 
 TEST_P(RetargetTest, AMapThatDoesNotFitIsRefusedByName) {
-  v1::SkeletonMap map;
-  map.set_name("mine");
-  v1::JointRole* joint = map.add_joints();
-  joint->set_source("Hipz");
-  joint->set_role("root");
+  v1::SkeletonMap map =
+      *DraftSkeletonMap(MadeClip({}).skeleton, "mine");
+  for (v1::JointRole& joint : *map.mutable_joints()) {
+    if (joint.role() == "root") joint.set_source("Hipz");
+  }
   options_.map = &map;
   EXPECT_THAT(RetargetClip(model_, MadeClip({}), options_),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -43,11 +43,12 @@ std::vector<Placing> Placings(const RoleTrack& track, const BodyMap& map,
     Placing placing;
     placing.point = map.FindPoint(static_cast<int>(role));
     const std::string above = LimbParent(track.roles[role]);
-    if (placing.point >= 0 && !above.empty()) {
+    const int above_point = map.FindPoint(track.Find(above));
+    if (placing.point >= 0 && above_point >= 0) {
       placing.limb = track.Find(above);
       placing.length =
           (PointPlace(map, map.points[placing.point], *dynamics) -
-           PointPlace(map, map.points[map.FindPoint(placing.limb)], *dynamics))
+           PointPlace(map, map.points[above_point], *dynamics))
               .norm();
     }
     if (absl::EndsWith(track.roles[role], "_toe")) {

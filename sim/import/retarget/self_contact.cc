@@ -19,8 +19,9 @@ bool AreNeighbours(const mjModel& model, int a, int b) {
 
 bool IsExcluded(const mjModel& model, int a, int b) {
   const int signature = (std::min(a, b) << 16) + std::max(a, b);
-  const int* end = model.exclude_signature + model.nexclude;
-  return std::find(model.exclude_signature, end, signature) != end;
+  const int* begin = model.exclude_signature;
+  const int* end = begin + model.nexclude;
+  return std::find(begin, end, signature) != end;
 }
 
 bool IsSolid(const mjModel& model, int geom) {

@@ -9,6 +9,12 @@
 #include <numbers>
 #include <utility>
 
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "common/check.h"
 
 namespace sinew::import::testing {
@@ -114,12 +120,8 @@ class SceneMaker {
     scene->mMetaData->Add("UpAxis", static_cast<int32_t>(options_.up_axis));
     AddNodes(scene.get());
     AddAnimation(scene.get());
-    Assimp::Exporter exporter;
-    const aiExportDataBlob* blob = exporter.ExportToBlob(
-        scene.get(), options_.binary ? "fbx" : "fbxa");
-    SINEW_CHECK(blob != nullptr) << exporter.GetErrorString();
     MadeFbx made;
-    made.bytes = std::string(static_cast<const char*>(blob->data), blob->size);
+    made.bytes = Export(*scene);
     made.rest = rest_;
     made.frames_per_second = options_.frames_per_second;
     for (const Joint& joint : kJoints) {
@@ -133,6 +135,36 @@ class SceneMaker {
   }
 
  private:
+  // As text. What the exporter of this version (5.2.5) writes in binary its own
+  // importer refuses, and it rounds the times of keys to whole seconds: keys
+  // are a second apart for it, and their times divided afterwards.
+  std::string Export(const aiScene& scene) const {
+    Assimp::Exporter exporter;
+    const aiExportDataBlob* blob = exporter.ExportToBlob(&scene, "fbxa");
+    SINEW_CHECK(blob != nullptr) << exporter.GetErrorString();
+    return WithKeyTimes(
+        std::string(static_cast<const char*>(blob->data), blob->size));
+  }
+
+  std::string WithKeyTimes(const std::string& text) const {
+    std::vector<std::string> lines = absl::StrSplit(text, '\n');
+    for (size_t i = 1; i < lines.size(); ++i) {
+      if (!absl::StrContains(lines[i - 1], "KeyTime:")) continue;
+      const size_t start = lines[i].find("a: ") + 3;
+      std::vector<std::string> times;
+      for (const absl::string_view word :
+           absl::StrSplit(absl::string_view(lines[i]).substr(start), ',')) {
+        double time = 0;
+        SINEW_CHECK(absl::SimpleAtod(word, &time)) << word;
+        times.push_back(absl::StrCat(
+            std::llround(time / options_.frames_per_second)));
+      }
+      lines[i] =
+          absl::StrCat(lines[i].substr(0, start), absl::StrJoin(times, ","));
+    }
+    return absl::StrJoin(lines, "\n");
+  }
+
   Affine3d Local(int joint, int frame) const {
     return LocalOf(joint, local_[joint], frame, options_);
   }
@@ -197,7 +229,7 @@ class SceneMaker {
   void AddAnimation(aiScene* scene) {
     auto* animation = new aiAnimation();
     animation->mName = "mixamo.com";
-    animation->mTicksPerSecond = options_.frames_per_second;
+    animation->mTicksPerSecond = 1;
     animation->mDuration = options_.frames - 1;
     animation->mNumChannels = kCount;
     animation->mChannels = new aiNodeAnim*[kCount];

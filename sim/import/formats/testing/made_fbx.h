@@ -8,8 +8,8 @@
 namespace sinew::import::testing {
 
 // A small body with Mixamo's names and habits (a T-pose, y up, centimetres,
-// joint frames that lie along the bones), which walks on the spot, turns and
-// moves; written by the FBX library's own exporter.
+// joint frames that lie along the bones), which turns and moves; written as text
+// by the FBX library's own exporter.
 struct MadeFbx {
   std::string bytes;
   std::vector<std::string> joints;
@@ -22,7 +22,6 @@ struct MadeFbx {
 };
 
 struct MadeFbxOptions {
-  bool binary = true;
   // With a mesh that is bound in the rest pose; without, the nodes' still pose
   // is that.
   bool mesh = true;
