@@ -225,6 +225,7 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
     ticks_per_second_ = animation.mTicksPerSecond;
   }
   Span span;
+  std::vector<double> steps;  // s between keys
   for (unsigned i = 0; i < animation.mNumChannels; ++i) {
     const aiNodeAnim& channel = *animation.mChannels[i];
     const auto node = by_name.find(channel.mNodeName.C_Str());
@@ -238,13 +239,15 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
     span.Extend(Positions(channel));
     const auto rotations = Rotations(channel);
     span.Extend(rotations);
-    const double seconds =
-        (rotations.back().mTime - rotations.front().mTime) / ticks_per_second_;
-    if (seconds > 0) {
-      keys_per_second_ =
-          std::max(keys_per_second_,
-                   static_cast<double>(rotations.size() - 1) / seconds);
+    for (size_t k = 1; k < rotations.size(); ++k) {
+      const double step = rotations[k].mTime - rotations[k - 1].mTime;
+      if (step > 0) steps.push_back(step / ticks_per_second_);
     }
+  }
+  if (!steps.empty()) {
+    const auto middle = steps.begin() + steps.size() / 2;
+    std::nth_element(steps.begin(), middle, steps.end());
+    keys_per_second_ = 1 / *middle;
   }
   if (!span.any) {
     return Error(source, "expected an animation of its nodes, found none");

@@ -45,7 +45,8 @@ class FbxAnimation {
 
   const std::vector<FbxNode>& nodes() const { return nodes_; }
   double seconds() const { return (end_ - start_) / ticks_per_second_; }
-  // Keys a second of the rotation that has most, 0 if none has two.
+  // Keys a second of the rotations, 0 if none has two: from the median step,
+  // since the library adds keys where a rotation takes more than half a turn.
   double keys_per_second() const { return keys_per_second_; }
 
   // World transforms of all nodes at rest, and at a time of the animation, s.

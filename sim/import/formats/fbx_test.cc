@@ -127,7 +127,6 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Variant{"mixamo", {}, 0.01, kToZUp, 'y'},
         Variant{"no_mesh", {.mesh = false}, 0.01, kToZUp, 'y'},
-        Variant{"posed_nodes", {.posed_nodes = true}, 0.01, kToZUp, 'y'},
         Variant{"metres_and_z_up",
                 {.centimetres_per_unit = 100, .up_axis = 2},
                 1,

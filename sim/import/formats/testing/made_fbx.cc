@@ -184,8 +184,7 @@ class SceneMaker {
     std::vector<aiNode*> nodes;
     for (int i = 0; i < kCount; ++i) {
       auto* node = new aiNode(kJoints[i].name);
-      node->mTransformation =
-          ToAssimp(options_.posed_nodes ? Local(i, 0) : local_[i]);
+      node->mTransformation = ToAssimp(local_[i]);
       aiNode* parent =
           kJoints[i].parent < 0 ? scene->mRootNode : nodes[kJoints[i].parent];
       parent->addChildren(1, &node);

@@ -25,8 +25,6 @@ struct MadeFbxOptions {
   // With a mesh that is bound in the rest pose; without, the nodes' still pose
   // is that.
   bool mesh = true;
-  // Nodes stand in the first frame's pose, as some exporters leave them.
-  bool posed_nodes = false;
   int frames = 25;
   double frames_per_second = 24;  // of keys; the exporter always states 24
   double centimetres_per_unit = 1;
