@@ -142,6 +142,39 @@ absl::StatusOr<TensorMap> ParseSafetensors(absl::string_view bytes,
   return tensors;
 }
 
+absl::Span<const float> TensorView::float32() const {
+  SINEW_CHECK(dtype == v1::DATA_TYPE_FLOAT32) << "dtype " << dtype;
+  SINEW_CHECK(reinterpret_cast<uintptr_t>(data.data()) % alignof(float) == 0)
+      << "float32 at an odd address";
+  return absl::MakeConstSpan(reinterpret_cast<const float*>(data.data()),
+                             data.size() / sizeof(float));
+}
+
+absl::StatusOr<SafetensorsView> ViewSafetensors(absl::string_view bytes,
+                                                absl::string_view source) {
+  SINEW_ASSIGN_OR_RETURN(internal::SafetensorsLayout layout,
+                         internal::ParseSafetensorsLayout(bytes, source));
+  const absl::string_view data = bytes.substr(layout.data_offset);
+  SafetensorsView view;
+  view.metadata = std::move(layout.metadata);
+  for (internal::SafetensorsEntry& entry : layout.entries) {
+    view.tensors[std::move(entry.name)] = {
+        .dtype = entry.dtype,
+        .shape = std::move(entry.shape),
+        .data = data.substr(entry.begin, entry.end - entry.begin)};
+  }
+  return view;
+}
+
+std::map<std::string, TensorView> ViewTensors(const TensorMap& tensors) {
+  std::map<std::string, TensorView> views;
+  for (const auto& [name, tensor] : tensors) {
+    views[name] = {
+        .dtype = tensor.dtype, .shape = tensor.shape, .data = tensor.data};
+  }
+  return views;
+}
+
 absl::StatusOr<std::map<std::string, TensorLocation>> LocateSafetensors(
     absl::string_view bytes, absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(const internal::SafetensorsLayout layout,

@@ -49,6 +49,33 @@ std::string SerializeSafetensors(
 absl::StatusOr<TensorMap> ParseSafetensors(absl::string_view bytes,
                                            absl::string_view source);
 
+// One array in somebody else's memory, e.g. a mapped file; as HostTensor
+// otherwise.
+struct TensorView {
+  v1::DataType dtype = v1::DATA_TYPE_FLOAT32;
+  std::vector<int64_t> shape;
+  absl::string_view data;
+
+  // Elements as float32. Precondition: dtype matches and data lies at a
+  // multiple of 4 bytes (CHECKed).
+  absl::Span<const float> float32() const;
+};
+
+// Tensors by name, sorted, with the file's "__metadata__".
+struct SafetensorsView {
+  std::map<std::string, TensorView> tensors;
+  std::map<std::string, std::string> metadata;
+};
+
+// As ParseSafetensors, but copies nothing: the result points into `bytes`, of
+// which only the header is read. Data lies where the file has it: of a file of
+// ours at a multiple of 8 bytes from the beginning.
+absl::StatusOr<SafetensorsView> ViewSafetensors(absl::string_view bytes,
+                                                absl::string_view source);
+
+// Views of `tensors`, which must outlive them.
+std::map<std::string, TensorView> ViewTensors(const TensorMap& tensors);
+
 // Byte offset and length of a tensor's data within the serialised file, for
 // ONNX external data. NOT_FOUND.
 struct TensorLocation {

@@ -81,6 +81,7 @@ absl::StatusOr<SafetensorsLayout> ParseSafetensorsLayout(
   SafetensorsLayout layout;
   layout.data_offset = 8 + length;
   layout.entries = std::move(reader.entries);
+  layout.metadata = std::move(reader.metadata);
   std::sort(layout.entries.begin(), layout.entries.end(),
             [](const SafetensorsEntry& a, const SafetensorsEntry& b) {
               return std::pair(a.begin, a.end) < std::pair(b.begin, b.end);

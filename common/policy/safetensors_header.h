@@ -2,6 +2,7 @@
 #define SINEW_COMMON_POLICY_SAFETENSORS_HEADER_H_
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct SafetensorsEntry {
 // exactly as many bytes as dtype and shape ask for.
 struct SafetensorsLayout {
   std::vector<SafetensorsEntry> entries;
+  // "__metadata__"; of a key that appears twice the last value.
+  std::map<std::string, std::string> metadata;
   // First byte of the data within the file.
   int64_t data_offset = 0;
 };

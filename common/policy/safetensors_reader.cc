@@ -81,6 +81,7 @@ bool HeaderReader::number_unsigned(number_unsigned_t value) {
 
 bool HeaderReader::string(string_t& value) {
   if (state_ == State::kText) {
+    metadata[metadata_key_] = std::move(value);
     state_ = State::kPairs;
     return true;
   }
@@ -114,6 +115,7 @@ bool HeaderReader::start_object(std::size_t) {
 
 bool HeaderReader::key(string_t& name) {
   if (state_ == State::kPairs) {
+    metadata_key_ = std::move(name);
     state_ = State::kText;
     return true;
   }

@@ -2,6 +2,7 @@
 #define SINEW_COMMON_POLICY_SAFETENSORS_READER_H_
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -23,6 +24,7 @@ std::string Quoted(absl::string_view name);
 class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
  public:
   std::vector<SafetensorsEntry> entries;
+  std::map<std::string, std::string> metadata;
   std::string error;
 
   bool null() override { return Value("null"); }
@@ -79,6 +81,7 @@ class HeaderReader : public nlohmann::json_sax<nlohmann::json> {
   State state_ = State::kStart;
   bool in_array_ = false;
   SafetensorsEntry entry_;
+  std::string metadata_key_;
   std::optional<std::vector<int64_t>> shape_;
   std::optional<std::vector<int64_t>> offsets_;
   std::set<std::string> names_;

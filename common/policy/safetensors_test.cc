@@ -237,6 +237,28 @@ TEST(Safetensors, SurvivesFlippedBits) {
   }
 }
 
+TEST(Safetensors, ViewsTheSameTensorsWithoutCopyingAndTheMetadata) {
+  const TensorMap tensors = SmallMap();
+  const std::string bytes =
+      SerializeSafetensors(tensors, {{"library", "ab"}, {"other", "c"}});
+
+  const auto view = ViewSafetensors(bytes, "file");
+
+  ASSERT_THAT(view, IsOk());
+  EXPECT_EQ(view->metadata.at("library"), "ab");
+  EXPECT_EQ(view->metadata.at("other"), "c");
+  ASSERT_EQ(view->tensors.size(), tensors.size());
+  for (const auto& [name, tensor] : tensors) {
+    const TensorView& found = view->tensors.at(name);
+    EXPECT_EQ(found.dtype, tensor.dtype);
+    EXPECT_EQ(found.shape, tensor.shape);
+    EXPECT_EQ(found.data, tensor.data);
+    EXPECT_GE(found.data.data(), bytes.data());
+    EXPECT_LE(found.data.data() + found.data.size(),
+              bytes.data() + bytes.size());
+  }
+}
+
 TEST(Safetensors, SurvivesDeepNesting) {
   for (const char* opening : {"[", "{\"a\":", "{\"a\":{\"shape\":["}) {
     std::string header;

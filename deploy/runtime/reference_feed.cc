@@ -65,6 +65,7 @@ ReferenceFeed::ReferenceFeed(const character::Character& character,
 
 absl::Status ReferenceFeed::LoadLibrary(const std::string& directory) {
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(directory));
+  SINEW_RETURN_IF_ERROR(library->Verify());
   v1::Recipe recipe;
   recipe.mutable_physics()->set_control_hz(control_hz_);
   recipe.mutable_physics()->set_physics_hz(

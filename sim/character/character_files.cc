@@ -8,7 +8,6 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "proto/sinew/v1/character.pb.h"
@@ -64,9 +63,9 @@ void StripVisuals(const std::set<std::string>& needed, XMLElement* root) {
     const std::string mesh = Attribute(*element, "mesh");
     const bool unneeded_geom =
         Is(*element, "geom") && !mesh.empty() && !needed.contains(mesh);
-    const bool unneeded_mesh =
-        Is(*element, "mesh") && element->Attribute("file") != nullptr &&
-        !needed.contains(MeshName(*element));
+    const bool unneeded_mesh = Is(*element, "mesh") &&
+                               element->Attribute("file") != nullptr &&
+                               !needed.contains(MeshName(*element));
     if (unneeded_geom || unneeded_mesh || Is(*element, "texture")) {
       element->Parent()->DeleteChild(element);
     } else if (Is(*element, "material")) {
@@ -141,9 +140,8 @@ absl::Status AddNamed(const std::string& path, XMLElement* root,
   ReadFolders(root, &gathering.assets);
   for (const std::string& name : NamedFiles(root, gathering.assets)) {
     if (Path(name).is_absolute() || absl::StartsWith(name, "..")) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(path, ": expected files in its own folder, found ",
-                       name));
+      return absl::InvalidArgumentError(absl::StrCat(
+          path, ": expected files in its own folder, found ", name));
     }
     const std::string to = (gathering.name_folder / name).string();
     if (gathering.files->contains(to)) continue;
@@ -193,11 +191,8 @@ absl::StatusOr<std::map<std::string, std::string>> CharacterFiles(
   SINEW_ASSIGN_OR_RETURN(
       const ModelPtr model,
       CompileModel(model_path, proto, v1::Physics(), Purpose::kPhysics));
-  std::string name = proto.model_file();
-  if (absl::StartsWith(name, "@")) {
-    name = absl::StrReplaceAll(name.substr(1), {{"//", "/"}});
-  }
-  SINEW_RETURN_IF_ERROR(AddModel(model_path, name, *model, files));
+  SINEW_RETURN_IF_ERROR(
+      AddModel(model_path, LocalModelFile(proto.model_file()), *model, files));
   return files;
 }
 

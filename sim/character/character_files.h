@@ -16,7 +16,8 @@ namespace sinew::character {
 // whoever writes it).
 //
 // `name_or_path` as in Character::Load. A model file "@REPOSITORY//PATH"
-// becomes REPOSITORY/PATH, where FindModelFile looks first.
+// becomes REPOSITORY/PATH, "$VARIABLE/PATH" VARIABLE/PATH, where FindModelFile
+// looks first.
 //
 // Thread-safety: any thread. Blocking: reads the files, compiles the model.
 // Errors: those of Character::Load; INVALID_ARGUMENT naming the file for one

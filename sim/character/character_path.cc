@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/match.h"
@@ -11,39 +12,12 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
+#include "common/workspace_files.h"
 
 namespace sinew::character {
 namespace {
 
 constexpr char kModels[] = "sim/character/models";
-
-// Folders that correspond to the root of the workspace.
-std::vector<std::string> WorkspaceRoots() {
-  std::vector<std::string> roots;
-  // Set where one program of ours starts another.
-  if (const char* runfiles = std::getenv("RUNFILES_DIR")) {
-    roots.push_back(JoinPath(runfiles, "sinew"));
-  }
-  if (const char* runfiles = std::getenv("TEST_SRCDIR")) {
-    const char* workspace = std::getenv("TEST_WORKSPACE");
-    roots.push_back(JoinPath(runfiles, workspace ? workspace : "sinew"));
-  }
-  std::error_code error;
-  const auto binary = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    roots.push_back(absl::StrCat(binary.string(), ".runfiles/sinew"));
-    // A binary copied next to its data.
-    roots.push_back(binary.parent_path().string());
-  }
-  auto folder = std::filesystem::current_path(error);
-  for (; !error && folder.has_relative_path(); folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / "WORKSPACE")) {
-      roots.push_back(folder.string());
-      break;
-    }
-  }
-  return roots;
-}
 
 std::vector<std::string> EnvironmentFolders() {
   const char* folders = std::getenv("SINEW_CHARACTERS");
@@ -82,23 +56,32 @@ absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path) {
       "/character.textproto in ", absl::StrJoin(folders, ", ")));
 }
 
+std::string LocalModelFile(const std::string& model_file) {
+  if (absl::StartsWith(model_file, "$")) return model_file.substr(1);
+  if (!absl::StartsWith(model_file, "@")) return model_file;
+  return absl::StrReplaceAll(model_file.substr(1), {{"//", "/"}});
+}
+
 absl::StatusOr<std::string> FindModelFile(const std::string& character_path,
                                           const std::string& model_file) {
-  std::vector<std::string> tried;
+  const std::string local = LocalModelFile(model_file);
+  std::vector<std::string> tried = {JoinPath(FolderOf(character_path), local)};
   if (absl::StartsWith(model_file, "@")) {
-    const std::string in_runfiles =
-        absl::StrReplaceAll(model_file.substr(1), {{"//", "/"}});
-    tried.push_back(JoinPath(FolderOf(character_path), in_runfiles));
     for (const std::string& folder : EnvironmentFolders()) {
-      tried.push_back(JoinPath(folder, in_runfiles));
+      tried.push_back(JoinPath(folder, local));
     }
     for (const std::string& root : WorkspaceRoots()) {
       // Other repositories lie below external/ and beside the workspace.
-      tried.push_back(JoinPath(JoinPath(root, "external"), in_runfiles));
-      tried.push_back(JoinPath(JoinPath(root, ".."), in_runfiles));
+      tried.push_back(JoinPath(JoinPath(root, "external"), local));
+      tried.push_back(JoinPath(JoinPath(root, ".."), local));
     }
-  } else {
-    tried.push_back(JoinPath(FolderOf(character_path), model_file));
+  } else if (absl::StartsWith(model_file, "$")) {
+    const std::pair<std::string, std::string> parts =
+        absl::StrSplit(model_file.substr(1), absl::MaxSplits('/', 1));
+    const char* folder = std::getenv(parts.first.c_str());
+    tried.push_back(folder == nullptr
+                        ? absl::StrCat("$", parts.first, ", which is not set")
+                        : JoinPath(folder, parts.second));
   }
   for (const std::string& path : tried) {
     if (FileExists(path)) return path;

@@ -97,5 +97,31 @@ TEST(FindModelFile, LooksForFetchedFilesInFoldersAndRunfiles) {
       IsOk());
 }
 
+TEST(FindModelFile, LooksInTheFolderThatAVariableNames) {
+  const CharacterFolder folder("named");
+  const std::string model = folder.Add("robots", "h.xml");
+  const std::string root = model.substr(0, model.find("/robots"));
+  setenv("SOME_ROBOTS", root.c_str(), /*overwrite=*/1);
+
+  EXPECT_THAT(
+      FindModelFile("/c/character.textproto", "$SOME_ROBOTS/robots/h.xml"),
+      IsOkAndHolds(model));
+
+  unsetenv("SOME_ROBOTS");
+  EXPECT_THAT(
+      FindModelFile("/c/character.textproto", "$SOME_ROBOTS/robots/h.xml"),
+      StatusIs(absl::StatusCode::kNotFound,
+               AllOf(HasSubstr("/c/SOME_ROBOTS/robots/h.xml"),
+                     HasSubstr("$SOME_ROBOTS, which is not set"))));
+}
+
+TEST(FindModelFile, PrefersTheCopyBesideTheCharacter) {
+  const CharacterFolder folder("bundled");
+  const std::string character = folder.Add("b", "character.textproto");
+  const std::string model = folder.Add("b/SOME_ROBOTS", "h.xml");
+  EXPECT_THAT(FindModelFile(character, "$SOME_ROBOTS/h.xml"),
+              IsOkAndHolds(model));
+}
+
 }  // namespace
 }  // namespace sinew::character

@@ -63,6 +63,12 @@ GainRule G1GainRule() {
           .least_inertia = 0};
 }
 
+GainRule H12GainRule() {
+  GainRule rule = G1GainRule();
+  rule.stability_margin = 6;
+  return rule;
+}
+
 std::vector<Gains> ComputeGains(const mjModel& model,
                                 const std::vector<int>& feet,
                                 const GainRule& rule) {

@@ -24,6 +24,7 @@ struct GainRule {
 // The rules of our own characters; a test holds their text protos against them.
 GainRule HumanoidGainRule();
 GainRule G1GainRule();
+GainRule H12GainRule();
 
 // Gains of one hinge.
 struct Gains {

@@ -1,186 +1,238 @@
 #include "sim/import/importer.h"
 
-#include <cmath>
+#include <memory>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
+#include "common/cpu.h"
 #include "common/digest.h"
 #include "common/files.h"
+#include "common/mutex.h"
 #include "common/status_macros.h"
-#include "sim/import/clip_frames.h"
-#include "sim/import/formats/deepmimic.h"
-#include "sim/import/retarget/dynamics.h"
-#include "sim/import/retarget/ground.h"
-#include "sim/import/retarget/model_motion.h"
-#include "sim/import/retarget/quality.h"
-#include "sim/import/retarget/refine.h"
-#include "sim/import/retarget/skeleton_map.h"
-#include "sim/import/retarget/source_track.h"
-#include "sim/motion/library.h"
+#include "sim/import/clip_cache.h"
+#include "sim/import/clip_name.h"
+#include "sim/import/import_job.h"
+#include "sim/import/library_writer.h"
+#include "sim/import/parallel.h"
 
 namespace sinew::import {
 namespace {
 
-// Drift of a source quaternion's norm that is worth a word.
-constexpr double kDriftWarning = 0.01;
+using Json = nlohmann::json;
 
-std::string BaseName(const std::string& path) {
-  return path.substr(path.find_last_of('/') + 1);
-}
+constexpr char kCacheFolder[] = "cache";
+constexpr char kReportFile[] = "report.json";
+constexpr char kImportFile[] = "import.json";
+constexpr char kManifestFile[] = "manifest.json";
+constexpr char kFramesFile[] = "frames.safetensors";
+constexpr int64_t kMaxJsonBytes = int64_t{1} << 30;
 
-std::string Stem(const std::string& path) {
-  const std::string base = BaseName(path);
-  const size_t dot = base.find_last_of('.');
-  return dot == std::string::npos || dot == 0 ? base : base.substr(0, dot);
-}
-
-void Warn(const SourceClip& clip, const SkeletonMap& map,
-          ClipReport* report) {
-  if (clip.quaternion_drift > kDriftWarning) {
-    report->warnings.push_back(absl::StrFormat(
-        "quaternions were up to %.3f off unit length; normalised",
-        clip.quaternion_drift));
+absl::Status Check(const ImportOptions& options, const ImportModel& model,
+                   const std::string& character) {
+  if (!(options.rate > 0 && options.rate <= 1000)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "rate: expected > 0 and at most 1000 frames per second, found ",
+        options.rate));
   }
-  for (const std::string& joint : map.unmapped) {
-    for (const SourcePose& pose : clip.poses) {
-      const int index = clip.skeleton.Find(joint);
-      if (std::abs(pose.rotation[index].w()) > 1 - 1e-6) continue;
-      report->warnings.push_back(absl::StrCat(
-          "the character has no joint for ", joint, "; its rotation is lost"));
-      break;
+  if (options.threads < 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "threads: expected 0 (all) or more, found ", options.threads));
+  }
+  if (model.feet.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "character ", character, ": feet: expected at least one, found none"));
+  }
+  return absl::OkStatus();
+}
+
+std::string Dump(const Json& json) {
+  return json.dump(1, ' ', /*ensure_ascii=*/false,
+                   Json::error_handler_t::replace);
+}
+
+// Tells whoever asked after every file, one at a time.
+class Telling {
+ public:
+  Telling(const ImportOptions& options, int total)
+      : options_(options), total_(total) {}
+
+  void Done(const ClipReport& report) SINEW_EXCLUDES(mu_) {
+    if (!options_.on_progress) return;
+    MutexLock lock(mu_);
+    options_.on_progress({++done_, total_, &report});
+  }
+
+ private:
+  const ImportOptions& options_;
+  const int total_;
+  Mutex mu_;
+  int done_ SINEW_GUARDED_BY(mu_) = 0;
+};
+
+ClipReport Refused(const ImportJob& job, const absl::Status& status) {
+  ClipReport report;
+  report.file = job.file;
+  report.name = ClipName(job.file);
+  report.status = status;
+  report.verdict.status = ClipStatus::kRejected;
+  report.verdict.reason = std::string(status.message());
+  return report;
+}
+
+// The clip of a job if it has a name.
+ClipReport RunNamed(const ImportContext& context, const ImportJob& job,
+                    const absl::StatusOr<std::string>& name) {
+  if (!job.readable.ok()) return Refused(job, job.readable);
+  if (!name.ok()) return Refused(job, name.status());
+  ClipReport report = RunJob(context, job, *name);
+  const std::string plain = ClipName(job.file);
+  if (*name != plain && report.measured()) {
+    report.warnings.push_back(absl::StrCat("another file is called ", plain,
+                                           "; this clip is ", report.name));
+  }
+  return report;
+}
+
+// One report per file and copy, in order.
+std::vector<ClipReport> RunJobs(const ImportContext& context,
+                                const std::vector<std::string>& files,
+                                int threads) {
+  const ImportOptions& options = context.options;
+  const int count = static_cast<int>(files.size());
+  std::vector<ImportJob> jobs(files.size());
+  ForEachIndex(count, threads, options.stop,
+               [&](int i) { jobs[i] = MakeJob(files[i], options.read); });
+  std::vector<NamedFile> named;
+  for (const ImportJob& job : jobs) named.push_back({job.file, job.sha256});
+  const auto names = UniqueNames(named);
+
+  std::set<std::string> taken;
+  for (const auto& name : names) {
+    if (name.ok()) taken.insert(*name);
+  }
+  const int copies = options.edits.mirror ? 2 : 1;
+  std::vector<ClipReport> reports(copies * files.size());
+  Telling telling(options, copies * count);
+  ForEachIndex(copies * count, threads, options.stop, [&](int i) {
+    ImportJob job = jobs[i / copies];
+    job.mirrored = i % copies == 1;
+    absl::StatusOr<std::string> name = names[i / copies];
+    if (job.mirrored && name.ok() &&
+        taken.contains(absl::StrCat(*name, kMirrorSuffix))) {
+      name = absl::AlreadyExistsError(
+          absl::StrCat(job.file, ": expected a unique name for its mirror "
+                       "image, found a file called ", *name, kMirrorSuffix));
     }
-  }
+    reports[i] = RunNamed(context, job, name);
+    telling.Done(reports[i]);
+  });
+  return reports;
 }
 
-v1::MotionLibrary MakeManifest(const character::Character& character,
-                               const ImportModel& model, double rate) {
-  v1::MotionLibrary manifest;
-  manifest.set_character(character.name());
-  manifest.set_character_sha256(character.digest());
-  manifest.set_frames_per_second(rate);
-  for (const character::JointInfo& joint : character.joints()) {
-    manifest.add_joints(joint.name);
+// What the library and its report follow from, as a digest.
+std::string OutcomeDigest(const std::string& options_sha256,
+                          absl::Span<const ClipReport> reports) {
+  Json clips = Json::array();
+  for (const ClipReport& report : reports) {
+    clips.push_back({report.file, report.name, report.cache_key,
+                     StatusName(report.verdict.status), report.verdict.reason,
+                     report.info.provenance(), report.info.licence(),
+                     report.info.trial(), report.warnings});
   }
-  for (int b = 1; b < model.model->nbody; ++b) {
-    manifest.add_bodies(mj_id2name(model.model, mjOBJ_BODY, b));
-  }
-  for (const int foot : model.feet) {
-    manifest.add_feet(mj_id2name(model.model, mjOBJ_BODY, foot));
-  }
-  return manifest;
+  return Sha256Hex(absl::StrCat(options_sha256, Dump(clips)));
 }
 
-absl::StatusOr<ImportedClip> ImportFile(const ImportModel& model,
-                                        const std::string& file,
-                                        const ImportOptions& options) {
-  SINEW_ASSIGN_OR_RETURN(const std::string bytes,
-                         ReadFile(file, kDeepMimicMaxBytes));
-  SINEW_ASSIGN_OR_RETURN(const SourceClip clip,
-                         ParseDeepMimic(bytes, Stem(file), file));
-  SINEW_ASSIGN_OR_RETURN(ImportedClip imported,
-                         ImportClip(model, clip, options));
-  imported.report.info.set_source_file(BaseName(file));
-  imported.report.info.set_source_sha256(Sha256Hex(bytes));
-  return imported;
+// True if the folder holds what import.json says that it was made to hold, of
+// this outcome.
+bool UpToDate(const std::string& directory, const std::string& outcome) {
+  const auto text = ReadFile(JoinPath(directory, kImportFile), kMaxJsonBytes);
+  const auto manifest =
+      ReadFile(JoinPath(directory, kManifestFile), kMaxJsonBytes);
+  const auto frames = FileSize(JoinPath(directory, kFramesFile));
+  if (!text.ok() || !manifest.ok() || !frames.ok() ||
+      !FileExists(JoinPath(directory, kReportFile))) {
+    return false;
+  }
+  const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  return json.is_object() && json.value("outcome", "") == outcome &&
+         json.value("manifest_sha256", "") == Sha256Hex(*manifest) &&
+         json.value("frames_bytes", int64_t{-1}) == *frames;
 }
 
-absl::Status CheckOptions(const ImportOptions& options) {
-  if (options.rate > 0 && options.rate <= 1000) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "rate: expected > 0 and at most 1000 frames per second, found ",
-      options.rate));
+absl::Status WriteImportFile(const std::string& directory,
+                             const std::string& outcome) {
+  SINEW_ASSIGN_OR_RETURN(
+      const std::string manifest,
+      ReadFile(JoinPath(directory, kManifestFile), kMaxJsonBytes));
+  SINEW_ASSIGN_OR_RETURN(const int64_t frames,
+                         FileSize(JoinPath(directory, kFramesFile)));
+  const Json json = {{"importer_version", kImporterVersion},
+                     {"outcome", outcome},
+                     {"manifest_sha256", Sha256Hex(manifest)},
+                     {"frames_bytes", frames}};
+  return WriteFileAtomically(JoinPath(directory, kImportFile), Dump(json));
+}
+
+// Library, reports and cache of a finished round.
+absl::Status WriteAll(const character::Character& character,
+                      const ImportContext& context,
+                      absl::Span<const ClipReport> reports,
+                      const std::string& directory) {
+  const std::string outcome = OutcomeDigest(context.options_sha256, reports);
+  const bool same =
+      !context.options.report_only && UpToDate(directory, outcome);
+  if (context.options.changed != nullptr) *context.options.changed = !same;
+  if (same) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(WriteFileAtomically(
+      JoinPath(directory, kReportFile),
+      Dump(ReportJson(reports, character.name(), context.options.rate))));
+  bool any = false;
+  std::set<std::string> keys;
+  for (const ClipReport& report : reports) {
+    any = any || report.status.ok();
+    keys.insert(report.cache_key);
+  }
+  if (!any) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("expected at least one clip that can be imported, found "
+                     "none in ",
+                     reports.size(), " files"));
+  }
+  if (context.options.report_only) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(WriteLibrary(character, context.model,
+                                     context.options.rate, reports,
+                                     context.cache, directory));
+  SINEW_RETURN_IF_ERROR(WriteImportFile(directory, outcome));
+  return context.cache.KeepOnly(keys);
 }
 
 }  // namespace
-
-absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
-                                        const SourceClip& clip,
-                                        const ImportOptions& options) {
-  SINEW_RETURN_IF_ERROR(CheckOptions(options));
-  SINEW_ASSIGN_OR_RETURN(
-      const SkeletonMap map,
-      MakeSkeletonMap(clip.skeleton, *model.model, model.semantics));
-  const SourceTrack track = MakeTrack(clip, options.rate);
-  ModelMotion motion = FitMotion(track, clip.skeleton, map, *model.model);
-  Dynamics dynamics(model);
-  std::vector<bool> supported = FindSupport(&dynamics, motion);
-  CalibrateGround(&dynamics, supported, &motion);
-  supported = FindSupport(&dynamics, motion, /*ground=*/0);
-  CalibrateGround(&dynamics, supported, &motion);
-  MakeFlightsBallistic(&dynamics, supported, &motion);
-  motion = RefineMotion(
-      &dynamics, FindBearingPoints(&dynamics, supported, motion), motion);
-  const std::vector<FrameDynamics> frames = AnalyseMotion(&dynamics, motion);
-
-  ImportedClip imported;
-  imported.frames = MakeClipFrames(&dynamics, motion, frames);
-  ClipReport& report = imported.report;
-  report.name = clip.name;
-  report.duration_s = clip.duration();
-  report.retiming = track.retiming;
-  report.seam_max_rad = track.seam_max_rad;
-  double carried = 0;
-  for (const bool flag : supported) carried += flag;
-  report.supported_share = carried / motion.frames();
-  Warn(clip, map, &report);
-
-  v1::ClipInfo& info = report.info;
-  info.set_name(clip.name);
-  info.set_num_frames(motion.frames());
-  info.set_loops(motion.loops);
-  info.set_cycle_x(motion.cycle.x);
-  info.set_cycle_y(motion.cycle.y);
-  info.set_cycle_yaw(motion.cycle.yaw);
-  info.set_provenance(options.provenance);
-  info.set_licence(options.licence);
-  *info.mutable_quality() = MeasureQuality(&dynamics, motion, frames);
-  const JointFitError fit =
-      MeasureJointFit(track, clip.skeleton, map, *model.model, motion);
-  info.mutable_quality()->set_joint_fit_max_rad(fit.max_rad);
-  info.mutable_quality()->set_joint_fit_mean_rad(fit.mean_rad);
-  return imported;
-}
 
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,
                          const std::string& directory,
                          std::vector<ClipReport>* reports) {
-  SINEW_RETURN_IF_ERROR(CheckOptions(options));
   const ImportModel model = MakeImportModel(character);
-  v1::MotionLibrary manifest = MakeManifest(character, model, options.rate);
-  TensorMap frames;
-  std::set<std::string> names;
-  for (const std::string& file : files) {
-    ClipReport report;
-    absl::StatusOr<ImportedClip> imported = ImportFile(model, file, options);
-    if (imported.ok() && !names.insert(Stem(file)).second) {
-      imported = absl::AlreadyExistsError(absl::StrCat(
-          file, ": expected a unique name, found \"", Stem(file), "\" twice"));
-    }
-    if (imported.ok()) {
-      report = std::move(imported->report);
-      report.info.set_first_frame(manifest.num_frames());
-      manifest.set_num_frames(manifest.num_frames() +
-                              report.info.num_frames());
-      *manifest.add_clips() = report.info;
-      AppendFrames(imported->frames, &frames);
-    } else {
-      report.name = Stem(file);
-    }
-    report.file = file;
-    report.status = imported.status();
-    reports->push_back(std::move(report));
+  SINEW_RETURN_IF_ERROR(Check(options, model, character.name()));
+  SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
+  SINEW_ASSIGN_OR_RETURN(const auto lock, DirectoryLock::Acquire(directory));
+  const ClipCache cache(JoinPath(directory, kCacheFolder));
+  MotionMirror mirror;
+  if (options.edits.mirror) {
+    SINEW_ASSIGN_OR_RETURN(mirror, MakeMotionMirror(character));
   }
-  if (manifest.clips().empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("expected at least one clip that can be imported, found "
-                     "none in ",
-                     files.size(), " files"));
+  const ImportContext context{model, options,
+                              OptionsDigest(character.digest(), options),
+                              cache, &mirror};
+  const int threads =
+      options.threads > 0 ? options.threads : AvailableCpus();
+  *reports = RunJobs(context, files, threads);
+  if (options.stop.stop_requested()) {
+    return absl::CancelledError("import: stopped before its end");
   }
-  return motion::Library::Save(manifest, frames, directory);
+  return WriteAll(character, context, *reports, directory);
 }
 
 }  // namespace sinew::import

@@ -1,67 +1,78 @@
 #ifndef SINEW_SIM_IMPORT_IMPORTER_H_
 #define SINEW_SIM_IMPORT_IMPORTER_H_
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
-#include "common/policy/safetensors.h"
-#include "proto/sinew/v1/motion.pb.h"
+#include "common/stop.h"
+#include "proto/sinew/v1/skeleton_map.pb.h"
 #include "sim/character/character.h"
-#include "sim/import/formats/source_clip.h"
-#include "sim/import/retarget/import_model.h"
+#include "sim/import/clip_report.h"
+#include "sim/import/edit.h"
+#include "sim/import/read_clip.h"
 
 namespace sinew::import {
 
+// Bumped with every change of readers, maps, retargeting or figures that
+// changes results: entries of other versions are not taken from the cache.
+inline constexpr int kImporterVersion = 1;
+
+// How far an import is.
+struct ImportProgress {
+  int done = 0;  // files
+  int total = 0;
+  const ClipReport* last = nullptr;  // the file that was just finished
+};
+
 struct ImportOptions {
-  // Frames per second of the library, > 0; must equal the control rate of the
-  // recipes that will use it.
+  // Frames per second of the library, > 0 and at most 1000; must equal the
+  // control rate of the recipes that will use it.
   double rate = 30;
   // Origin and licence of the data; copied into the library.
-  std::string provenance;
-  std::string licence;
+  std::string provenance = {};
+  std::string licence = {};
+  // How files are read; the same for all of them.
+  ReadClipOptions read = {};
+  // Roles of the source's joints; unset: found or drafted for each file.
+  std::optional<v1::SkeletonMap> map = {};
+  // What to do with every clip once it is on the character. `mirror` adds the
+  // mirror image of each as a clip of its own, NAME_mirror.
+  EditOptions edits = {};
+  // Measure and report, but leave the library as it is.
+  bool report_only = false;
+  // Threads; 0: all processors that this process may use.
+  int threads = 0;
+  // Called after every file, by one thread at a time.
+  std::function<void(const ImportProgress&)> on_progress = {};
+  StopToken stop = {};
+  // Set to whether anything was written, if not null.
+  bool* changed = nullptr;
 };
 
-// What became of one file.
-struct ClipReport {
-  std::string file;
-  std::string name;
-  // Why the file was left out; OK if it is in the library.
-  absl::Status status;
-  // Of an imported clip: its entry in the manifest.
-  v1::ClipInfo info;
-  double duration_s = 0;  // in the source
-  // Speed against the source, from rounding to whole frames.
-  double retiming = 1;
-  // Largest joint rotation that closing the loop spread over the clip, rad.
-  double seam_max_rad = 0;
-  // Frames that the floor carries, share of all.
-  double supported_share = 0;
-  // Things worth a look, one sentence each.
-  std::vector<std::string> warnings;
-};
-
-// A clip on a character, ready for a library.
-struct ImportedClip {
-  TensorMap frames;
-  ClipReport report;  // file and source digest unset
-};
-
-// Plays a source clip on a character: joint fit, ground, dynamics, quality.
-// Pure. INVALID_ARGUMENT naming the clip if it does not fit the character.
-absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
-                                        const SourceClip& clip,
-                                        const ImportOptions& options);
-
-// Reads the files (DeepMimic JSON), imports each and writes the library folder.
-// A bad file never stops the others: `reports` gets one entry per file, in
-// order, also when the call fails. Names are file names without folder and
-// extension; the second file of a name is refused.
+// Reads files of any format, fits each to the character, holds the figures
+// against the quality gate and writes a library of what passed:
 //
-// Blocking: on the disk, and seconds per clip. Errors: INVALID_ARGUMENT if
-// options are out of range or no file could be imported (nothing is written
-// then), and those of Library::Save.
+//   LIB/manifest.json, LIB/frames.safetensors   the library; replaced together
+//   LIB/report.json                             clip_report.h
+//   LIB/cache/                                  clip_cache.h
+//   LIB/import.json                             what the library was made of
+//
+// A bad file never stops the others: `reports` gets one entry per file (two with
+// edits.mirror), in order, also when the call fails. Names and what becomes of a second file of a
+// name: clip_name.h. Results do not depend on the number of threads. Files that
+// an earlier import with the same options has seen are not read again but for
+// their digest; if nothing at all changed, nothing is written.
+//
+// Thread-safety: one import per folder at a time (DirectoryLock). Ownership:
+// borrows everything for the call. Memory: one clip per thread, then the
+// library's frames. Blocking: on the disk, and seconds of a core per clip.
+// Errors: INVALID_ARGUMENT if options are out of range, the character has no
+// feet, or no file could be imported (the report is written, the library stays
+// what it was); CANCELLED (what was finished is kept for the next time);
+// FAILED_PRECONDITION if another import holds the folder; those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

@@ -20,6 +20,8 @@ namespace {
 constexpr char kManifestFile[] = "manifest.json";
 constexpr char kFramesFile[] = "frames.safetensors";
 constexpr int64_t kMaxManifestBytes = int64_t{1} << 30;
+// Writers take seconds between two manifests.
+constexpr int kMostAttempts = 3;
 
 absl::Status CheckDigest(const v1::MotionLibrary& manifest,
                          absl::string_view frames, absl::string_view source) {
@@ -35,35 +37,77 @@ absl::Status CheckDigest(const v1::MotionLibrary& manifest,
 
 absl::StatusOr<std::unique_ptr<Library>> Library::Load(
     const std::string& directory) {
-  SINEW_ASSIGN_OR_RETURN(
-      const std::string manifest,
-      ReadFile(JoinPath(directory, kManifestFile), kMaxManifestBytes));
-  SINEW_ASSIGN_OR_RETURN(const std::string frames,
-                         ReadFile(JoinPath(directory, kFramesFile)));
-  return FromBytes(manifest, frames, directory);
+  const std::string path = JoinPath(directory, kManifestFile);
+  SINEW_ASSIGN_OR_RETURN(std::string manifest,
+                         ReadFile(path, kMaxManifestBytes));
+  // If the manifest changes meanwhile, the frames may be those of the next one.
+  for (int attempt = 1;; ++attempt) {
+    absl::StatusOr<std::unique_ptr<Library>> library =
+        OpenOnce(manifest, directory);
+    SINEW_ASSIGN_OR_RETURN(std::string now, ReadFile(path, kMaxManifestBytes));
+    if (now == manifest) return library;
+    if (attempt == kMostAttempts) {
+      return absl::UnavailableError(absl::StrCat(
+          directory, ": expected a library at rest, found another ",
+          kManifestFile, " at each of ", attempt, " attempts to open it"));
+    }
+    manifest = std::move(now);
+  }
+}
+
+absl::StatusOr<std::unique_ptr<Library>> Library::OpenOnce(
+    const std::string& manifest_json, const std::string& directory) {
+  auto library = absl::WrapUnique(new Library());
+  SINEW_RETURN_IF_ERROR(library->ReadManifest(manifest_json, directory));
+  SINEW_ASSIGN_OR_RETURN(library->mapped_,
+                         MappedFile::Open(JoinPath(directory, kFramesFile)));
+  const absl::Status status = library->Attach(library->mapped_->bytes());
+  if (status.ok()) return library;
+  return absl::DataLossError(
+      absl::StrCat(status.message(), " (", library->mapped_->bytes().size(),
+                   " bytes): truncated, altered, of another library, or one "
+                   "that is being written"));
 }
 
 absl::StatusOr<std::unique_ptr<Library>> Library::FromBytes(
     absl::string_view manifest_json, absl::string_view frames,
     absl::string_view source) {
   auto library = absl::WrapUnique(new Library());
-  SINEW_ASSIGN_OR_RETURN(library->manifest_,
-                         ParseManifest(manifest_json, source));
-  SINEW_RETURN_IF_ERROR(CheckManifest(library->manifest_, source));
+  SINEW_RETURN_IF_ERROR(library->ReadManifest(manifest_json, source));
   SINEW_RETURN_IF_ERROR(CheckDigest(library->manifest_, frames, source));
-  SINEW_ASSIGN_OR_RETURN(
-      library->frames_,
-      ParseSafetensors(frames, absl::StrCat(source, ": ", kFramesFile)));
+  library->copy_ = std::string(frames);
+  SINEW_RETURN_IF_ERROR(library->Attach(library->copy_));
   SINEW_RETURN_IF_ERROR(
-      CheckFrames(library->manifest_, library->frames_, source));
-  for (const FrameColumn& column : FrameColumns()) {
-    library->base_.*column.pointer =
-        library->frames_.at(column.name).float32().data();
-    library->row_widths_.push_back(RowWidth(column, library->manifest_));
-  }
-  library->digest_ = Sha256Hex(
-      absl::StrCat(manifest_json, library->manifest_.frames_sha256()));
+      CheckFrameValues(library->manifest_, library->frames_, source));
   return library;
+}
+
+absl::Status Library::ReadManifest(absl::string_view json,
+                                   absl::string_view source) {
+  SINEW_ASSIGN_OR_RETURN(manifest_, ParseManifest(json, source));
+  SINEW_RETURN_IF_ERROR(CheckManifest(manifest_, source));
+  source_ = std::string(source);
+  digest_ = Sha256Hex(absl::StrCat(json, manifest_.frames_sha256()));
+  return absl::OkStatus();
+}
+
+absl::Status Library::Attach(absl::string_view frames) {
+  SINEW_ASSIGN_OR_RETURN(
+      SafetensorsView view,
+      ViewSafetensors(frames, absl::StrCat(source_, ": ", kFramesFile)));
+  SINEW_RETURN_IF_ERROR(CheckFrameShapes(manifest_, view.tensors, source_));
+  bytes_ = frames;
+  frames_ = std::move(view.tensors);
+  for (const FrameColumn& column : FrameColumns()) {
+    base_.*column.pointer = frames_.at(column.name).float32().data();
+    row_widths_.push_back(RowWidth(column, manifest_));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Library::Verify() const {
+  SINEW_RETURN_IF_ERROR(CheckDigest(manifest_, bytes_, source_));
+  return CheckFrameValues(manifest_, frames_, source_);
 }
 
 absl::Status Library::Save(const v1::MotionLibrary& manifest,
@@ -74,7 +118,9 @@ absl::Status Library::Save(const v1::MotionLibrary& manifest,
   complete.set_format_version(kLibraryFormatVersion);
   complete.set_frames_sha256(Sha256Hex(frames_bytes));
   SINEW_RETURN_IF_ERROR(CheckManifest(complete, directory));
-  SINEW_RETURN_IF_ERROR(CheckFrames(complete, frames, directory));
+  const FrameTensors views = ViewTensors(frames);
+  SINEW_RETURN_IF_ERROR(CheckFrameShapes(complete, views, directory));
+  SINEW_RETURN_IF_ERROR(CheckFrameValues(complete, views, directory));
 
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
@@ -84,8 +130,8 @@ absl::Status Library::Save(const v1::MotionLibrary& manifest,
   const auto status =
       google::protobuf::util::MessageToJsonString(complete, &json, options);
   if (!status.ok()) {
-    return absl::InternalError(absl::StrCat(
-        directory, ": manifest: ", std::string(status.message())));
+    return absl::InternalError(
+        absl::StrCat(directory, ": manifest: ", std::string(status.message())));
   }
   SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
   SINEW_RETURN_IF_ERROR(

@@ -2,6 +2,7 @@
 #define SINEW_SIM_MOTION_LIBRARY_H_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/mapped_file.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
 
@@ -51,23 +53,43 @@ struct FrameView {
 
 // Reference clips fitted to one character at one rate; immutable.
 //
-// Thread-safety: const methods from any thread. Ownership: owns its frames.
-// Blocking: only Load and Save. Errors: Load checks digest, version, names,
-// shapes, finiteness, unit quaternions and strictly positive sizes, naming
-// file, clip and field.
+// Opening is not checking. Load reads the manifest and maps the frames: however
+// long the library, it is open at once, and all processes that map it share
+// one copy of its frames. What can be known without reading them is checked:
+// version, names, sizes, shapes. Verify reads every byte; who trains on a
+// library, evaluates with it or hands it to others calls it once, first:
+//
+//   Load -> Verify -> frame, frame, ...
+//
+// While a library is being written, Load gives the old one, the new one, or an
+// error that says that manifest and frames do not belong together; where sizes
+// are the same and only numbers differ, that error comes from Verify.
+//
+// Thread-safety: const methods from any thread. Ownership: owns its frames, or
+// the mapping. Blocking: Load, Verify and Save on the disk; frame may wait for
+// a page of it. Errors: INVALID_ARGUMENT naming file, clip and field; DATA_LOSS
+// for frames that are not those of the manifest; NOT_FOUND. Files must not be
+// truncated under a process that has them mapped (common/mapped_file.h); Save
+// replaces them instead.
 class Library {
  public:
   // From a folder with manifest.json and frames.safetensors.
   static absl::StatusOr<std::unique_ptr<Library>> Load(
       const std::string& directory);
-  // From the two files' bytes (assets over the wire). `source` for errors.
+  // From the two files' bytes (assets over the wire), verified. `source` for
+  // errors.
   static absl::StatusOr<std::unique_ptr<Library>> FromBytes(
       absl::string_view manifest_json, absl::string_view frames,
       absl::string_view source);
-  // Writes both files; the manifest last, each atomically.
+  // Checks everything, then writes both files, the manifest last, each put in
+  // its place when it is complete.
   static absl::Status Save(const v1::MotionLibrary& manifest,
                            const TensorMap& frames,
                            const std::string& directory);
+
+  // Reads all frames: their SHA-256 is the manifest's, numbers are finite,
+  // quaternions unit, contacts from 0 to 1.
+  absl::Status Verify() const;
 
   const v1::MotionLibrary& manifest() const { return manifest_; }
   int num_clips() const { return manifest_.clips_size(); }
@@ -89,9 +111,19 @@ class Library {
 
  private:
   Library() = default;
+  static absl::StatusOr<std::unique_ptr<Library>> OpenOnce(
+      const std::string& manifest_json, const std::string& directory);
+  // Sets manifest, source and digest.
+  absl::Status ReadManifest(absl::string_view json, absl::string_view source);
+  // Takes `frames`, which are those of mapped_ or copy_, without reading them.
+  absl::Status Attach(absl::string_view frames);
 
   v1::MotionLibrary manifest_;
-  TensorMap frames_;
+  std::string source_;  // for errors
+  std::unique_ptr<const MappedFile> mapped_;
+  std::string copy_;
+  absl::string_view bytes_;                   // of one of the two
+  std::map<std::string, TensorView> frames_;  // in bytes_
   FrameView base_{};
   std::vector<int64_t> row_widths_;  // by FrameColumns()
   std::string digest_;

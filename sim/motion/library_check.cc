@@ -18,9 +18,6 @@
 namespace sinew::motion {
 namespace {
 
-using google::protobuf::util::JsonParseOptions;
-using google::protobuf::util::JsonStringToMessage;
-
 // Float32 rounding leaves 1e-7; more than this was never a rotation.
 constexpr float kNormTolerance = 1e-4F;
 
@@ -84,12 +81,12 @@ std::string Where(const v1::MotionLibrary& manifest, int64_t row,
 
 absl::Status CheckShape(const FrameColumn& column,
                         const v1::MotionLibrary& manifest,
-                        const TensorMap& frames, absl::string_view source) {
+                        const FrameTensors& frames, absl::string_view source) {
   const std::string field = absl::StrCat("tensor ", column.name);
   const auto found = frames.find(column.name);
   if (found == frames.end())
     return Error(source, field, "it", "no such tensor");
-  const HostTensor& tensor = found->second;
+  const TensorView& tensor = found->second;
   if (tensor.dtype != v1::DATA_TYPE_FLOAT32) {
     return Error(source, field, "DATA_TYPE_FLOAT32",
                  v1::DataType_Name(tensor.dtype));
@@ -100,6 +97,10 @@ absl::Status CheckShape(const FrameColumn& column,
     return Error(source, field,
                  absl::StrCat("shape [", absl::StrJoin(shape, ", "), "]"),
                  absl::StrCat("[", absl::StrJoin(tensor.shape, ", "), "]"));
+  }
+  if (reinterpret_cast<uintptr_t>(tensor.data.data()) % alignof(float) != 0) {
+    return Error(source, field, "data at a multiple of 4 bytes",
+                 "a header of another length");
   }
   return absl::OkStatus();
 }
@@ -114,10 +115,9 @@ absl::Status CheckUnit(const FrameColumn& column,
     const float norm =
         std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (std::abs(norm - 1) > kNormTolerance) {
-      return Error(source,
-                   Where(manifest, static_cast<int64_t>(i) / width,
-                         column.name),
-                   "a unit quaternion", absl::StrCat("norm ", norm));
+      return Error(
+          source, Where(manifest, static_cast<int64_t>(i) / width, column.name),
+          "a unit quaternion", absl::StrCat("norm ", norm));
     }
   }
   return absl::OkStatus();
@@ -134,15 +134,27 @@ absl::Status CheckValues(const FrameColumn& column,
     if (std::isfinite(values[i]) && values[i] <= bound && values[i] >= low) {
       continue;
     }
-    return Error(
-        source,
-        Where(manifest, static_cast<int64_t>(i) / width, column.name),
-        column.kind == ColumnKind::kContact ? "a number from 0 to 1"
-                                            : "a finite number",
-        absl::StrCat(values[i]));
+    return Error(source,
+                 Where(manifest, static_cast<int64_t>(i) / width, column.name),
+                 column.kind == ColumnKind::kContact ? "a number from 0 to 1"
+                                                     : "a finite number",
+                 absl::StrCat(values[i]));
   }
   if (column.kind != ColumnKind::kRotation) return absl::OkStatus();
   return CheckUnit(column, manifest, values, source);
+}
+
+absl::Status ParseJson(absl::string_view json, bool ignore_unknown,
+                       absl::string_view source, v1::MotionLibrary* manifest) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = ignore_unknown;
+  manifest->Clear();
+  const auto status = google::protobuf::util::JsonStringToMessage(
+      google::protobuf::StringPiece(json.data(), json.size()), manifest,
+      options);
+  if (status.ok()) return absl::OkStatus();
+  return Error(source, "manifest", "a motion library",
+               std::string(status.message()));
 }
 
 }  // namespace
@@ -150,29 +162,21 @@ absl::Status CheckValues(const FrameColumn& column,
 absl::StatusOr<v1::MotionLibrary> ParseManifest(absl::string_view json,
                                                 absl::string_view source) {
   v1::MotionLibrary manifest;
-  JsonParseOptions options;
-  // A newer writer's unknown fields must not hide its version.
-  options.ignore_unknown_fields = true;
-  const auto parse = [&]() -> absl::Status {
-    manifest.Clear();
-    const auto status = JsonStringToMessage(
-        google::protobuf::StringPiece(json.data(), json.size()), &manifest,
-        options);
-    if (status.ok()) return absl::OkStatus();
-    return Error(source, "manifest", "a motion library",
-                 std::string(status.message()));
-  };
-  SINEW_RETURN_IF_ERROR(parse());
+  absl::Status status =
+      ParseJson(json, /*ignore_unknown=*/false, source, &manifest);
+  if (!status.ok()) {
+    // A newer writer's unknown fields must not hide its version.
+    SINEW_RETURN_IF_ERROR(
+        ParseJson(json, /*ignore_unknown=*/true, source, &manifest));
+  }
   if (manifest.format_version() != kLibraryFormatVersion) {
-    return Error(source, "format_version",
-                 absl::StrCat(kLibraryFormatVersion),
+    return Error(source, "format_version", absl::StrCat(kLibraryFormatVersion),
                  absl::StrCat(manifest.format_version(),
                               manifest.format_version() > kLibraryFormatVersion
                                   ? " (written by a newer version)"
                                   : ""));
   }
-  options.ignore_unknown_fields = false;
-  SINEW_RETURN_IF_ERROR(parse());
+  if (!status.ok()) return status;
   return manifest;
 }
 
@@ -209,12 +213,11 @@ absl::Status CheckManifest(const v1::MotionLibrary& manifest,
   return absl::OkStatus();
 }
 
-absl::Status CheckFrames(const v1::MotionLibrary& manifest,
-                         const TensorMap& frames, absl::string_view source) {
+absl::Status CheckFrameShapes(const v1::MotionLibrary& manifest,
+                              const FrameTensors& frames,
+                              absl::string_view source) {
   for (const FrameColumn& column : FrameColumns()) {
     SINEW_RETURN_IF_ERROR(CheckShape(column, manifest, frames, source));
-    SINEW_RETURN_IF_ERROR(CheckValues(
-        column, manifest, frames.at(column.name).float32(), source));
   }
   for (const auto& [name, tensor] : frames) {
     const auto columns = FrameColumns();
@@ -225,6 +228,16 @@ absl::Status CheckFrames(const v1::MotionLibrary& manifest,
       return Error(source, absl::StrCat("tensor ", name), "no such tensor",
                    "it");
     }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckFrameValues(const v1::MotionLibrary& manifest,
+                              const FrameTensors& frames,
+                              absl::string_view source) {
+  for (const FrameColumn& column : FrameColumns()) {
+    SINEW_RETURN_IF_ERROR(CheckValues(
+        column, manifest, frames.at(column.name).float32(), source));
   }
   return absl::OkStatus();
 }

@@ -1,6 +1,8 @@
 #ifndef SINEW_SIM_MOTION_LIBRARY_CHECK_H_
 #define SINEW_SIM_MOTION_LIBRARY_CHECK_H_
 
+#include <map>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -24,11 +26,21 @@ absl::StatusOr<v1::MotionLibrary> ParseManifest(absl::string_view json,
 absl::Status CheckManifest(const v1::MotionLibrary& manifest,
                            absl::string_view source);
 
-// The frame tensors against the manifest: all there, none else, shapes,
-// float32, finite, unit quaternions, contacts in [0, 1]. Errors name clip,
-// frame and tensor.
-absl::Status CheckFrames(const v1::MotionLibrary& manifest,
-                         const TensorMap& frames, absl::string_view source);
+// Frame tensors by name, in whoever's memory.
+using FrameTensors = std::map<std::string, TensorView>;
+
+// What can be said of the frame tensors without reading them: all there, none
+// else, shapes by the manifest, float32 at addresses fit for it. Errors name
+// the tensor.
+absl::Status CheckFrameShapes(const v1::MotionLibrary& manifest,
+                              const FrameTensors& frames,
+                              absl::string_view source);
+
+// Every number of tensors with good shapes: finite, unit quaternions, contacts
+// in [0, 1]. Errors name clip, frame and tensor.
+absl::Status CheckFrameValues(const v1::MotionLibrary& manifest,
+                              const FrameTensors& frames,
+                              absl::string_view source);
 
 }  // namespace sinew::motion
 

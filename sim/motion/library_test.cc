@@ -9,91 +9,26 @@
 #include <vector>
 
 #include "absl/strings/str_replace.h"
-#include "common/digest.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/motion/rotation.h"
+#include "sim/motion/testing/sample_library.h"
 
 namespace sinew::motion {
 namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using testing::Files;
+using testing::Folder;
+using testing::GoodFiles;
 using ::testing::HasSubstr;
-
-constexpr int kFrames = 12;
-constexpr double kRate = 30;
-constexpr double kTurn = 0.6;
-
-// One body with one joint and one foot that goes round an arc; the clip "arc"
-// loops and turns by kTurn each cycle, "once" is the same and does not loop.
-struct Sample {
-  v1::MotionLibrary manifest;
-  TensorMap frames;
-};
-
-Sample MakeSample() {
-  Sample sample;
-  std::map<std::string, std::vector<float>> rows;
-  const auto add = [&](const std::string& name, std::vector<double> values) {
-    for (const double value : values) {
-      rows[name].push_back(static_cast<float>(value));
-    }
-  };
-  const double rate = kTurn * kRate / kFrames;  // rad/s on a unit circle
-  for (int i = 0; i < 2 * kFrames; ++i) {
-    const double yaw = kTurn * (i % kFrames) / kFrames;
-    const double s = std::sin(yaw), c = std::cos(yaw);
-    const double h = std::sin(yaw / 2), w = std::cos(yaw / 2);
-    for (const std::string part : {"root", "body"}) {
-      add(part + "_position", {5 + s, 3 - c, 1});
-      add(part + "_rotation", {w, 0, 0, h});
-      add(part + "_linear_velocity", {rate * c, rate * s, 0});
-      add(part + "_angular_velocity", {0, 0, rate});
-    }
-    add("joint_position", {0.1 * i});
-    add("joint_velocity", {0.2 * i + 1});
-    add("contact", {i % 2 == 0 ? 1.0 : 0.0});
-    add("feedforward_torque", {3.0 * i});
-  }
-  for (const auto& [name, values] : rows) {
-    const auto width = static_cast<int64_t>(values.size()) / (2 * kFrames);
-    std::vector<int64_t> shape = {2 * kFrames, width};
-    if (name.substr(0, 5) == "body_") shape = {2 * kFrames, 1, width};
-    sample.frames[name] = HostTensor::Float32(shape, values);
-  }
-  v1::MotionLibrary& m = sample.manifest;
-  m.set_character("top");
-  m.set_frames_per_second(kRate);
-  m.add_joints("spin");
-  m.add_bodies("body");
-  m.add_feet("body");
-  m.set_num_frames(2 * kFrames);
-  for (const char* name : {"arc", "once"}) {
-    v1::ClipInfo* clip = m.add_clips();
-    clip->set_name(name);
-    clip->set_first_frame(name[0] == 'a' ? 0 : kFrames);
-    clip->set_num_frames(kFrames);
-    clip->set_loops(name[0] == 'a');
-  }
-  m.mutable_clips(0)->set_cycle_x(std::sin(kTurn));
-  m.mutable_clips(0)->set_cycle_y(1 - std::cos(kTurn));
-  m.mutable_clips(0)->set_cycle_yaw(kTurn);
-  return sample;
-}
-
-std::string Folder(const std::string& name) {
-  return JoinPath(::testing::TempDir(), name);
-}
-
-std::unique_ptr<Library> SaveAndLoad(const std::string& name) {
-  const Sample sample = MakeSample();
-  EXPECT_THAT(Library::Save(sample.manifest, sample.frames, Folder(name)),
-              IsOk());
-  auto library = Library::Load(Folder(name));
-  EXPECT_THAT(library, IsOk());
-  return *std::move(library);
-}
+using testing::kFrames;
+using testing::kRate;
+using testing::kTurn;
+using testing::MakeSample;
+using testing::Sample;
+using testing::SaveAndLoad;
 
 TEST(Library, LoadsWhatWasSaved) {
   const auto library = SaveAndLoad("saved");
@@ -138,9 +73,9 @@ TEST(ReferenceFrame, VelocitiesAreTheDifferencesOfPositionsAlsoAtTheSeam) {
     at.Load(*library, 0, t);
     after.Load(*library, 0, t + 1);
     for (int i = 0; i < 2; ++i) {
-      const double slope = (after.view().root_position[i] -
-                            before.view().root_position[i]) *
-                           kRate / 2;
+      const double slope =
+          (after.view().root_position[i] - before.view().root_position[i]) *
+          kRate / 2;
       EXPECT_NEAR(at.view().root_linear_velocity[i], slope, 2e-3) << t;
     }
   }
@@ -154,16 +89,6 @@ TEST(ReferenceFrame, AClipThatEndsStandsStillAtItsLastFrame) {
   EXPECT_EQ(frame.view().joint_velocity[0], 0);
   EXPECT_EQ(frame.view().root_linear_velocity[0], 0);
   EXPECT_EQ(frame.view().body_angular_velocity[2], 0);
-}
-
-// The files of a good library, to be spoilt.
-struct Files {
-  std::string manifest, frames;
-};
-Files GoodFiles() {
-  SaveAndLoad("good");
-  return {*ReadFile(JoinPath(Folder("good"), "manifest.json")),
-          *ReadFile(JoinPath(Folder("good"), "frames.safetensors"))};
 }
 
 TEST(Library, RefusesATruncatedFramesFileByName) {
@@ -188,11 +113,11 @@ TEST(Library, RefusesAFlippedBitAnywhereInTheFrames) {
 
 TEST(Library, RefusesATruncatedManifestAndANewerVersion) {
   const Files files = GoodFiles();
-  EXPECT_THAT(Library::FromBytes(
-                  files.manifest.substr(0, files.manifest.size() / 2),
-                  files.frames, "lib"),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("lib: manifest: expected a motion library")));
+  EXPECT_THAT(
+      Library::FromBytes(files.manifest.substr(0, files.manifest.size() / 2),
+                         files.frames, "lib"),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("lib: manifest: expected a motion library")));
   const std::string newer = absl::StrReplaceAll(
       files.manifest,
       {{"\"format_version\": 1", "\"format_version\": 2, \"new_field\": 3"}});

@@ -11,62 +11,35 @@
 #include "absl/strings/string_view.h"
 #include "common/check.h"
 #include "common/status_macros.h"
+#include "sim/character/mirror_joints.h"
 
 namespace sinew::world {
 namespace {
 
 using character::JointInfo;
 
-// A name's mirror image and the sign of the mirrored coordinate.
-struct Partner {
-  std::string name;
-  float sign = 1;
-};
-using Partners = std::map<std::string, Partner, std::less<>>;
-
-Partners MakePartners(
-    const google::protobuf::RepeatedPtrField<v1::MirrorPair>& pairs) {
-  Partners partners;
-  for (const v1::MirrorPair& pair : pairs) {
-    const float sign = pair.sign() < 0 ? -1 : 1;
-    partners[pair.left()] = {pair.right(), sign};
-    partners[pair.right()] = {pair.left(), sign};
-  }
-  return partners;
-}
+using Partner = character::MirrorPartner;
+using Partners = character::MirrorPartners;
 
 bool SameDrive(const JointInfo& a, const JointInfo& b, float sign) {
   return a.stiffness == b.stiffness && a.damping == b.damping &&
-         a.torque_limit == b.torque_limit &&
-         a.action_scale == b.action_scale &&
+         a.torque_limit == b.torque_limit && a.action_scale == b.action_scale &&
          a.default_position == sign * b.default_position;
 }
 
-absl::StatusOr<RowMirror> MirrorJoints(const character::Character& character,
-                                       const Partners& partners) {
-  std::map<std::string, int> index;
-  for (const JointInfo& joint : character.joints()) {
-    index.emplace(joint.name, static_cast<int>(index.size()));
+// FAILED_PRECONDITION if the mirrored body would be another one.
+absl::Status CheckDrives(const character::Character& character,
+                         const RowMirror& mirror) {
+  for (size_t i = 0; i < mirror.source.size(); ++i) {
+    const JointInfo& joint = character.joints()[i];
+    const JointInfo& partner = character.joints()[mirror.source[i]];
+    if (SameDrive(joint, partner, mirror.sign[i])) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "character ", character.name(), ": mirror_joints: expected ",
+        joint.name, " and ", partner.name, " to have equal gains, limits, ",
+        "default positions and action scales, found others"));
   }
-  RowMirror mirror;
-  for (const JointInfo& joint : character.joints()) {
-    const auto partner = partners.find(joint.name);
-    if (partner == partners.end()) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "character ", character.name(), ": mirror_joints: expected a pair ",
-          "with joint ", joint.name, ", found none"));
-    }
-    const int source = index.at(partner->second.name);
-    if (!SameDrive(joint, character.joints()[source], partner->second.sign)) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "character ", character.name(), ": mirror_joints: expected ",
-          joint.name, " and ", partner->second.name, " to have equal gains, ",
-          "limits, default positions and action scales, found others"));
-    }
-    mirror.source.push_back(source);
-    mirror.sign.push_back(partner->second.sign);
-  }
-  return mirror;
+  return absl::OkStatus();
 }
 
 // Sign of one of x, y, z under the mirror.
@@ -117,11 +90,12 @@ Partner MirrorColumn(const std::string& name, const Partners& joints,
 
 absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
   const v1::Character& proto = task.character().proto();
-  const Partners joints = MakePartners(proto.mirror_joints());
-  const Partners bodies = MakePartners(proto.mirror_bodies());
+  const Partners joints = character::MakePartners(proto.mirror_joints());
+  const Partners bodies = character::MakePartners(proto.mirror_bodies());
   SegmentMirror mirror;
   SINEW_ASSIGN_OR_RETURN(mirror.action,
-                         MirrorJoints(task.character(), joints));
+                         character::MirrorJoints(task.character()));
+  SINEW_RETURN_IF_ERROR(CheckDrives(task.character(), mirror.action));
   const std::vector<std::string> names = task.ObservationNames();
   std::map<std::string, int> index;
   for (size_t i = 0; i < names.size(); ++i) {
@@ -133,7 +107,6 @@ absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
     mirror.observation.sign.push_back(partner.sign);
   }
   SINEW_RETURN_IF_ERROR(CheckRowMirror(mirror.observation));
-  SINEW_RETURN_IF_ERROR(CheckRowMirror(mirror.action));
   return mirror;
 }
 

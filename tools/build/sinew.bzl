@@ -84,6 +84,75 @@ def sinew_cc_test(name, srcs = None, deps = [], data = [], copts = [], features 
         **kwargs
     )
 
+# The code under test and the fuzzer's own: coverage of edges, heap and stack
+# errors.
+_FUZZ_COPTS = [
+    "-fsanitize=fuzzer-no-link,address",
+    "-fno-omit-frame-pointer",
+    "-g1",
+]
+
+def sinew_cc_fuzz_test(name, code, deps, srcs = None, seeds = [], data = [], runs = 20000, max_len = 8192, seconds = 6, tags = [], **kwargs):
+    """A decoder under libFuzzer, bounded: an ordinary test of a few seconds.
+
+    The code under test is compiled again, for coverage and address errors, so
+    it comes as sources; its deps are linked as they are. Inputs start from the
+    seeds and, where SINEW_DATA is set, from real files below it; larger ones
+    are cut to max_len. Runs are the same each time (fixed seed) unless the
+    machine is too slow for them. The program itself is `<name>_fuzzer`, for
+    longer runs by hand:
+
+        bazel run //PACKAGE:NAME_fuzzer -- -max_total_time=600 /tmp/corpus
+
+    Args:
+      name: of the test; `<name>.cc`, with LLVMFuzzerTestOneInput, is its source
+        unless srcs says otherwise.
+      code: sources and headers of the code under test: files of this package
+        or filegroups of others.
+      deps: what code and srcs need besides.
+      srcs: sources with LLVMFuzzerTestOneInput.
+      seeds: small files in the tree to start from, at least one.
+      data: names of real files below SINEW_DATA, as find's -path takes them,
+        e.g. ["motions/*.bvh"].
+      runs: inputs to try, seeds included.
+      max_len: bytes of the longest input.
+      seconds: no new input is tried after that.
+      tags: of both targets.
+      **kwargs: sh_test's other arguments.
+    """
+
+    # Two sanitizers do not fit into one program.
+    tags = tags + ["no_tsan"]
+    native.cc_binary(
+        name = name + "_fuzzer",
+        testonly = True,
+        srcs = (srcs if srcs != None else [name + ".cc"]) + code,
+        copts = _copts(_FUZZ_COPTS),
+        features = _FEATURES,
+        linkopts = [
+            "-fsanitize=fuzzer,address",
+            "-fsanitize-link-c++-runtime",
+        ],
+        linkstatic = True,
+        tags = tags,
+        deps = deps,
+    )
+    native.sh_test(
+        name = name,
+        size = "small",
+        srcs = ["//tools/build:fuzz_test.sh"],
+        args = [
+            "$(rootpath :%s_fuzzer)" % name,
+            str(runs),
+            str(max_len),
+            str(seconds),
+        ] + ["$(rootpaths %s)" % seed for seed in seeds] + ["--"] +
+               ["'%s'" % pattern for pattern in data],
+        data = [":%s_fuzzer" % name] + seeds,
+        tags = tags,
+        **kwargs
+    )
+
 def _schema(label):
     """The label of a proto library's .proto files, its deps' included."""
     if ":" in label:

@@ -15,6 +15,7 @@ absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
                                                 const std::string& motions) {
   SINEW_ASSIGN_OR_RETURN(bundle::Bundle read, bundle::ReadBundle(bundle));
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(motions));
+  SINEW_RETURN_IF_ERROR(library->Verify());
   const v1::Recipe recipe = bundle::TaskRecipe(read.manifest);
   SINEW_ASSIGN_OR_RETURN(
       auto character,

@@ -23,6 +23,13 @@ absl::Status Check(const OffscreenRenderer& renderer, const PoseRows& rows,
   return absl::OkStatus();
 }
 
+// The time of a frame; empty where nobody knows it.
+std::string Caption(int frame, double frames_per_second) {
+  return frames_per_second > 0
+             ? absl::StrFormat("%.2f s", frame / frames_per_second)
+             : "";
+}
+
 // `rows` were checked and `columns` is positive.
 absl::StatusOr<Image> Strip(OffscreenRenderer& renderer,
                             absl::Span<const PoseRows> rows, int columns,
@@ -38,10 +45,7 @@ absl::StatusOr<Image> Strip(OffscreenRenderer& renderer,
                      : static_cast<int>(std::lround(static_cast<double>(last) *
                                                     column / (columns - 1)));
     const Camera camera = following.At(rows.front().row(frame));
-    std::string caption =
-        frames_per_second > 0
-            ? absl::StrFormat("%.2f s", frame / frames_per_second)
-            : "";
+    const std::string caption = Caption(frame, frames_per_second);
     for (size_t r = 0; r < rows.size(); ++r) {
       SINEW_ASSIGN_OR_RETURN(
           const Image picture,
@@ -79,6 +83,21 @@ absl::StatusOr<Image> ReferenceStrip(OffscreenRenderer& renderer,
   SINEW_RETURN_IF_ERROR(Check(renderer, reference, "reference"));
   SINEW_RETURN_IF_ERROR(CheckColumns(columns));
   return Strip(renderer, {reference}, columns, frames_per_second);
+}
+
+absl::StatusOr<Image> FilmFrame(OffscreenRenderer& renderer,
+                                const PoseRows& reference, int frame,
+                                double frames_per_second) {
+  SINEW_RETURN_IF_ERROR(Check(renderer, reference, "reference"));
+  if (frame < 0 || frame >= reference.frames()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("film: expected a frame of 0 to ", reference.frames() - 1,
+                     ", found ", frame));
+  }
+  return renderer.Render(
+      {{{reference.row(frame), std::nullopt}}},
+      FollowingCamera(reference.row(0)).At(reference.row(frame)),
+      Caption(frame, frames_per_second));
 }
 
 absl::StatusOr<Image> SideBySide(OffscreenRenderer& renderer,

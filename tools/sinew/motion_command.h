@@ -5,8 +5,9 @@
 
 namespace sinew::tools {
 
-// `sinew motion import`: clips to a library, with a line per clip. One bad file
-// does not stop the others; if none is good, an error and no library.
+// `sinew motion ...`: libraries of reference clips; what can be done with them is
+// in motion_import.h, motion_inspect.h, motion_map.h, motion_render.h and
+// motion_report.h.
 void AddMotionCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/status_macros.h"
@@ -17,19 +18,29 @@
 #include "tools/render/film_strip.h"
 #include "tools/render/image.h"
 #include "tools/render/offscreen_renderer.h"
+#include "tools/render/video.h"
 
 namespace sinew::tools {
 namespace {
 
 constexpr int kColumns = 8;
 constexpr int kWidth = 240, kHeight = 360;
+// Pixels of a video; even, as the encoder wants.
+constexpr int kVideoSize = 480;
 
 struct RenderOptions {
   std::string library;
   std::string clip;       // empty: all
   std::string character;  // empty: the library's
   std::string out;        // folder; empty: pictures/ in the library
+  bool video = false;
+  double seconds = 20;    // of a video at most
 };
+
+// The name as that of a file: slashes are none.
+std::string FileName(const motion::Library& library, int clip) {
+  return absl::StrReplaceAll(library.clip(clip).name(), {{"/", "_"}});
+}
 
 absl::Status WriteStrip(render::OffscreenRenderer& renderer,
                         const character::Character& character,
@@ -45,8 +56,31 @@ absl::Status WriteStrip(render::OffscreenRenderer& renderer,
                              library.manifest().frames_per_second()));
   SINEW_ASSIGN_OR_RETURN(const std::string png, render::EncodePng(strip));
   const std::string path =
-      JoinPath(folder, library.clip(clip).name() + ".png");
+      JoinPath(folder, FileName(library, clip) + ".png");
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, png));
+  absl::PrintF("%s\n", path);
+  return absl::OkStatus();
+}
+
+absl::Status WriteFilm(render::OffscreenRenderer& renderer,
+                       const character::Character& character,
+                       const motion::Library& library, int clip,
+                       double seconds, const std::string& folder,
+                       const StopToken& stop) {
+  const double rate = library.manifest().frames_per_second();
+  const int frames = evaluation::FramesToShow(library, clip, seconds);
+  const auto nq = static_cast<int>(character.model()->nq);
+  const std::vector<double> poses = evaluation::ReferencePoses(
+      character, library, clip, /*first=*/0, frames);
+  const render::PoseRows rows{poses, nq};
+  render::VideoOptions video;
+  video.frames_per_second = rate;
+  const std::string path =
+      JoinPath(folder, FileName(library, clip) + ".mp4");
+  SINEW_RETURN_IF_ERROR(render::WriteVideo(
+      frames,
+      [&](int frame) { return render::FilmFrame(renderer, rows, frame, rate); },
+      path, video, stop));
   absl::PrintF("%s\n", path);
   return absl::OkStatus();
 }
@@ -75,10 +109,12 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckCharacter(*character, *library));
   SINEW_ASSIGN_OR_RETURN(const int only,
                          evaluation::FindClip(*library, options.clip));
+  if (options.video) SINEW_RETURN_IF_ERROR(render::CheckEncoder({}));
   SINEW_ASSIGN_OR_RETURN(
       const auto renderer,
       render::OffscreenRenderer::Create(render::PictureModel(*character),
-                                        kWidth, kHeight));
+                                        options.video ? kVideoSize : kWidth,
+                                        options.video ? kVideoSize : kHeight));
   const std::string folder = options.out.empty()
                                  ? JoinPath(options.library, "pictures")
                                  : options.out;
@@ -87,7 +123,10 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
     if (!options.clip.empty() && clip != only) continue;
     if (stop.stop_requested()) return absl::CancelledError("stopped");
     SINEW_RETURN_IF_ERROR(
-        WriteStrip(*renderer, *character, *library, clip, folder));
+        options.video
+            ? WriteFilm(*renderer, *character, *library, clip, options.seconds,
+                        folder, stop)
+            : WriteStrip(*renderer, *character, *library, clip, folder));
   }
   return absl::OkStatus();
 }
@@ -97,14 +136,18 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
 void AddMotionRender(CLI::App& motion, Action& action) {
   auto options = std::make_shared<RenderOptions>();
   auto* command = AddSubcommand<RenderOptions>(
-      motion, "render", "film strips of a library's clips", options, action,
-      RunRender);
+      motion, "render", "film strips or videos of a library's clips", options,
+      action, RunRender);
   command->add_option("library", options->library, "folder")->required();
   command->add_option("--clip", options->clip, "name (default: all)");
   command->add_option("--character", options->character,
                       "name or file (default: the library's)");
   command->add_option("--out", options->out,
                       "folder (default: pictures/ in the library)");
+  command->add_flag("--video", options->video,
+                    "videos instead (needs ffmpeg; seconds per clip)");
+  command->add_option("--seconds", options->seconds,
+                      "of a video at most (default 20)");
 }
 
 }  // namespace sinew::tools

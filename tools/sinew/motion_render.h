@@ -5,7 +5,8 @@
 
 namespace sinew::tools {
 
-// `sinew motion render`: film strips of a library's clips.
+// `sinew motion render`: film strips of a library's clips or, through ffmpeg
+// where it is installed, videos.
 void AddMotionRender(CLI::App& motion, Action& action);
 
 }  // namespace sinew::tools

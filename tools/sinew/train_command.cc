@@ -8,9 +8,9 @@
 #include "common/clock.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "common/temporary_folder.h"
 #include "tools/sinew/run_flags.h"
 #include "tools/training/actor_processes.h"
-#include "tools/training/temporary_folder.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {

@@ -69,16 +69,25 @@ Progress::~Progress() {
 }
 
 void Progress::Show(const ProgressState& state) {
+  ShowText(ProgressText(state, kBarWidth));
+}
+
+void Progress::Show(double share, absl::string_view text) {
+  ShowText(absl::StrCat(Bar(std::clamp(share, 0.0, 1.0), kBarWidth), "  ",
+                        text));
+}
+
+void Progress::ShowText(std::string text) {
   MutexLock lock(mu_);
   if (options_.is_terminal) {
-    bar_ = ProgressText(state, kBarWidth);
+    bar_ = std::move(text);
     options_.write(absl::StrCat(kErase, bar_));
     return;
   }
   const Clock::TimePoint now = clock_.SteadyNow();
   if (now < next_) return;
   next_ = clock_.After(options_.period);
-  options_.write(absl::StrCat(ProgressText(state, kBarWidth), "\n"));
+  options_.write(absl::StrCat(text, "\n"));
 }
 
 void Progress::Line(absl::string_view text) {

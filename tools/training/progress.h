@@ -44,7 +44,7 @@ class Progress {
     bool is_terminal = false;
     absl::Duration period = absl::Seconds(10);
     // Takes text as it is to appear; unset: stderr.
-    std::function<void(absl::string_view)> write;
+    std::function<void(absl::string_view)> write = nullptr;
   };
   Progress(Options options, const Clock& clock);
   // Ends the bar's line.
@@ -53,10 +53,15 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void Show(const ProgressState& state) SINEW_EXCLUDES(mu_);
+  // The same for work of another kind: a bar of `share` done, [0, 1], and what
+  // to say beside it.
+  void Show(double share, absl::string_view text) SINEW_EXCLUDES(mu_);
   // A line of text above the bar.
   void Line(absl::string_view text) SINEW_EXCLUDES(mu_);
 
  private:
+  void ShowText(std::string text) SINEW_EXCLUDES(mu_);
+
   const Options options_;
   const Clock& clock_;
   Mutex mu_;

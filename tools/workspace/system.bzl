@@ -13,6 +13,7 @@ _NEEDED = {
     "/usr/include/GL/osmesa.h": "libosmesa6-dev",
     "/usr/include/Random123/philox.h": "librandom123-dev",
     "/usr/include/absl/status/statusor.h": "libabsl-dev",
+    "/usr/include/assimp/Importer.hpp": "libassimp-dev",
     "/usr/include/benchmark/benchmark.h": "libbenchmark-dev",
     "/usr/include/eigen3/Eigen/Core": "libeigen3-dev",
     "/usr/include/fmt/format.h": "libfmt-dev",
@@ -27,6 +28,7 @@ _NEEDED = {
     "/usr/include/spdlog/spdlog.h": "libspdlog-dev",
     "/usr/include/stb/stb_image_write.h": "libstb-dev",
     "/usr/include/tinyxml2.h": "libtinyxml2-dev",
+    "/usr/include/zip.h": "libzip-dev",
     "/usr/include/zstd.h": "libzstd-dev",
     "/usr/lib/llvm-19/bin/clang": "clang-19",
     "/usr/lib/llvm-19/bin/ld.lld": "lld-19",
@@ -48,8 +50,11 @@ def _system_impl(ctx):
     ctx.symlink("/usr/include/eigen3", "eigen3")
 
     # Installed later than the others on many machines, whose compiler
-    # configuration has not seen its header in /usr/include.
+    # configuration has not seen their headers in /usr/include.
     ctx.symlink("/usr/include/tinyxml2.h", "tinyxml2/tinyxml2.h")
+    ctx.symlink("/usr/include/assimp", "assimp/assimp")
+    ctx.symlink("/usr/include/zip.h", "zip/zip.h")
+    ctx.symlink("/usr/include/zipconf.h", "zip/zipconf.h")
     ctx.symlink(ctx.attr.build_file, "BUILD.bazel")
 
 system_libraries = repository_rule(

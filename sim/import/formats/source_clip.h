@@ -33,10 +33,10 @@ struct SourceJoint {
 
 // What a user may say of a file; unset: read from it, or concluded.
 struct ReadOptions {
-  std::optional<double> metres_per_unit;
-  std::optional<char> up_axis;  // 'x', 'y' or 'z'
-  std::optional<double> frames_per_second;
-  std::optional<std::string> quaternion_order;  // "wxyz" or "xyzw"
+  std::optional<double> metres_per_unit = {};
+  std::optional<char> up_axis = {};  // 'x', 'y' or 'z'
+  std::optional<double> frames_per_second = {};
+  std::optional<std::string> quaternion_order = {};  // "wxyz" or "xyzw"
 };
 
 struct SourceSkeleton {

@@ -37,10 +37,13 @@ struct ContactFit {
   Eigen::VectorXd remainder;
   // What was minimised.
   double cost = 0;
-  // Derivative of the weighted remainder by the weighted required forces, [nv,
-  // nv]: what is left of a change after the forces have adapted to it. For
-  // whoever minimises the cost over motions (variable projection).
-  Eigen::MatrixXd sensitivity;
+  // What is left of a change of the weighted required forces after the floor's
+  // have adapted to it: on the coordinates `dofs` (ascending; those that move a
+  // body in contact) (L L')^-1 of it, with L the lower half of `factor`;
+  // elsewhere all. For whoever minimises the cost over motions (variable
+  // projection).
+  std::vector<int> dofs;
+  Eigen::MatrixXd factor;
 };
 
 // W, [nv]. `joint_weight`: of a joint at its torque limit against a body weight
@@ -53,17 +56,19 @@ std::vector<Contact> FindContacts(const Dynamics& dynamics,
                                   double margin = kContactMargin);
 
 // Fits forces at `contacts` to `required` (Dynamics::Inverse of this motion).
-// `dynamics` must hold the frame's pose.
+// `dynamics` must hold the frame's pose. `guess`: the remainder in a similar
+// frame, to start from; the result is the same without.
 ContactFit FitContacts(const Dynamics& dynamics,
                        const std::vector<Contact>& contacts,
                        const Eigen::VectorXd& required,
-                       double joint_weight = kJointWeight);
+                       double joint_weight = kJointWeight,
+                       const Eigen::VectorXd* guess = nullptr);
 
 // Derivative [nv, nv] of the generalised forces of `forces` (constant world
 // forces at the lowest points, which move with their bodies) by the tangent
 // coordinates of the pose in `dynamics`.
-Eigen::MatrixXd ContactForceDerivative(
-    const Dynamics& dynamics, const std::vector<ContactForce>& forces);
+Eigen::MatrixXd ContactForceDerivative(const Dynamics& dynamics,
+                                       const std::vector<ContactForce>& forces);
 
 }  // namespace sinew::import
 

@@ -231,6 +231,15 @@ void MakeFlightsBallistic(Dynamics* dynamics,
   }
 }
 
+std::vector<bool> PlaceOnFloor(Dynamics* dynamics, ModelMotion* motion) {
+  std::vector<bool> supported = FindSupport(dynamics, *motion);
+  CalibrateGround(dynamics, supported, motion);
+  supported = FindSupport(dynamics, *motion, /*ground=*/0);
+  CalibrateGround(dynamics, supported, motion);
+  MakeFlightsBallistic(dynamics, supported, motion);
+  return supported;
+}
+
 std::vector<std::vector<bool>> FindBearingPoints(
     Dynamics* dynamics, const std::vector<bool>& supported,
     const ModelMotion& motion) {

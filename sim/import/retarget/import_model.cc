@@ -10,7 +10,8 @@ ImportModel MakeImportModel(const character::Character& character) {
     const v1::Joint& proto =
         character.proto().joints(static_cast<int>(i));
     result.joints.push_back(
-        {joint.qpos_address, joint.dof_address, joint.torque_limit});
+        {joint.qpos_address, joint.dof_address, joint.torque_limit,
+         joint.default_position});
     result.semantics.push_back(
         {proto.semantic().empty() ? joint.name : proto.semantic(),
          joint.joint_id});

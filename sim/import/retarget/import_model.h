@@ -3,11 +3,11 @@
 
 #include <mujoco/mujoco.h>
 
+#include <string>
 #include <vector>
 
 #include "sim/character/character.h"
 #include "sim/import/retarget/ground_points.h"
-#include "sim/import/retarget/skeleton_map.h"
 
 namespace sinew::import {
 
@@ -16,6 +16,13 @@ struct ImportJoint {
   int qpos_address;
   int dof_address;
   double torque_limit;  // Nm
+  double default_position = 0;  // rad
+};
+
+// What a hinge of the model is, independent of its spelling, e.g. "left_hip_x".
+struct SemanticJoint {
+  std::string semantic;
+  int joint;  // model joint id
 };
 
 // What the importer reads of a character. Borrows the model.

@@ -16,6 +16,9 @@ using Eigen::Quaterniond;
 using Eigen::VectorXd;
 using Series = std::vector<VectorXd>;
 
+// An angle beyond a limit by more than this counts as cut, rad.
+constexpr double kCutTolerance = 0.0175;
+
 // How far `angle` lies outside [lower, upper], with sign.
 double Excess(double angle, double lower, double upper) {
   if (angle > upper) return angle - upper;
@@ -264,14 +267,19 @@ Series Refine(const Refinement& problem, Series angles, int iterations) {
 
 Series FitJoints(const HingeChain& chain,
                  const std::vector<Quaterniond>& targets, bool loops,
-                 const JointFitOptions& options) {
+                 const JointFitOptions& options, int* cut) {
   SINEW_CHECK(targets.size() >= 2) << "targets " << targets.size();
   Series angles = ChooseBranches(chain, targets, loops);
   if (chain.size() == 0) return angles;
   angles = Refine(Refinement(chain, targets, loops, options),
                   std::move(angles), options.iterations);
+  // The fit weighs an angle beyond a limit against the rotation's error, so it
+  // goes there only by this share of what is asked.
+  const double share = 1 / (1 + options.limit * options.limit);
   for (VectorXd& frame : angles) {
     for (int i = 0; i < chain.size(); ++i) {
+      const double excess = Excess(frame[i], chain.lower[i], chain.upper[i]);
+      if (cut != nullptr) *cut += std::abs(excess) > share * kCutTolerance;
       frame[i] = std::clamp(frame[i], chain.lower[i], chain.upper[i]);
     }
   }

@@ -36,11 +36,11 @@ VectorXd Displacement(const mjModel& model, const VectorXd& a,
 }
 
 // Rotation of a mapped body in its parent that the source asks for.
-Quaterniond Target(const SkeletonMap& map, const MappedBody& body,
+Quaterniond Target(const BodyMap& map, const MappedBody& body,
                    const std::vector<Quaterniond>& world) {
   const MappedBody& parent = map.bodies[body.parent];
-  return (world[parent.source] * parent.alignment).conjugate() *
-         (world[body.source] * body.alignment);
+  return (world[parent.role] * parent.alignment).conjugate() *
+         (world[body.role] * body.alignment);
 }
 
 // Hinge angles of a chain in a pose.
@@ -54,22 +54,27 @@ VectorXd ChainAngles(const HingeChain& chain, const mjModel& model,
   return angles;
 }
 
-void PlaceRoot(const SourceTrack& track, const SkeletonMap& map, int t,
+Vector3d MiddleOfHips(const RoleTrack& track, int t) {
+  return (track.position[t][track.Find("left_hip")] +
+          track.position[t][track.Find("right_hip")]) /
+         2;
+}
+
+void PlaceRoot(const RoleTrack& track, const BodyMap& map, int t,
                VectorXd* qpos) {
-  const Quaterniond source = track.rotation[t][0];
-  const Quaterniond root = source * map.bodies[0].alignment;
+  const Quaterniond root = track.rotation[t][0] * map.bodies[0].alignment;
   qpos->head<3>() =
-      map.scale * (track.root_position[t] + source * map.source_hips) -
-      root * map.model_hips;
+      map.scale * MiddleOfHips(track, t) - root * map.model_hips;
   motion::ToWxyz(root, qpos->data() + 3);
 }
 
 // The track's cycle as the model's root sees it: where the roots lie apart, a
 // turn moves them differently.
-Cycle ScaleCycle(const SourceTrack& track, const SkeletonMap& map) {
-  const Quaterniond source = track.rotation[0][0];
-  const Vector3d apart = source * (map.scale * map.source_hips) -
-                         source * map.bodies[0].alignment * map.model_hips;
+Cycle ScaleCycle(const RoleTrack& track, const BodyMap& map) {
+  const Vector3d hips = MiddleOfHips(track, 0) - track.position[0][0];
+  const Vector3d apart =
+      map.scale * hips -
+      track.rotation[0][0] * map.bodies[0].alignment * map.model_hips;
   const Vector3d shift = motion::YawRotation(track.cycle.yaw) * apart - apart;
   return {map.scale * track.cycle.x + shift.x(),
           map.scale * track.cycle.y + shift.y(), track.cycle.yaw};
@@ -107,8 +112,8 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
   *qvel = (after - before) / (2 * dt) + (t - middle) * dt * *qacc;
 }
 
-ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
-                      const SkeletonMap& map, const mjModel& model) {
+ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
+                      const mjModel& model, double* cut_share) {
   ModelMotion motion;
   motion.rate = track.rate;
   motion.loops = track.loops;
@@ -116,19 +121,17 @@ ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
   const int frames = track.frames();
   motion.qpos.assign(
       frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));
-  std::vector<std::vector<Quaterniond>> world;
-  for (int t = 0; t < frames; ++t) {
-    world.push_back(WorldRotations(skeleton, track.rotation[t]));
-    PlaceRoot(track, map, t, &motion.qpos[t]);
-  }
+  int cut = 0, hinges = 0;
+  for (int t = 0; t < frames; ++t) PlaceRoot(track, map, t, &motion.qpos[t]);
   for (const MappedBody& body : map.bodies) {
     if (body.parent < 0) continue;
     std::vector<Quaterniond> targets;
-    for (const auto& rotations : world) {
+    for (const auto& rotations : track.rotation) {
       targets.push_back(Target(map, body, rotations));
     }
     const std::vector<VectorXd> angles =
-        FitJoints(body.chain, targets, track.loops);
+        FitJoints(body.chain, targets, track.loops, JointFitOptions(), &cut);
+    hinges += body.chain.size();
     for (int t = 0; t < frames; ++t) {
       for (int i = 0; i < body.chain.size(); ++i) {
         const int address = model.jnt_qposadr[body.chain.joints[i]];
@@ -136,23 +139,23 @@ ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
       }
     }
   }
+  if (cut_share != nullptr) {
+    *cut_share = hinges == 0 ? 0 : cut / (1.0 * hinges * frames);
+  }
   return motion;
 }
 
-JointFitError MeasureJointFit(const SourceTrack& track,
-                              const SourceSkeleton& skeleton,
-                              const SkeletonMap& map, const mjModel& model,
+JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
+                              const mjModel& model,
                               const ModelMotion& motion) {
   JointFitError error;
   error.max_per_body.assign(map.bodies.size(), 0);
   double sum = 0;
   for (int t = 0; t < motion.frames(); ++t) {
-    const std::vector<Quaterniond> world =
-        WorldRotations(skeleton, track.rotation[t]);
     for (size_t i = 1; i < map.bodies.size(); ++i) {
       const MappedBody& body = map.bodies[i];
       const double angle = motion::AngleBetween(
-          Target(map, body, world),
+          Target(map, body, track.rotation[t]),
           body.chain.Rotation(
               ChainAngles(body.chain, model, motion.qpos[t])));
       sum += angle;

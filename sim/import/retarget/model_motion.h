@@ -6,8 +6,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/import/retarget/skeleton_map.h"
-#include "sim/import/retarget/source_track.h"
+#include "sim/import/retarget/body_map.h"
+#include "sim/import/retarget/role_track.h"
 
 namespace sinew::import {
 
@@ -37,23 +37,22 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
 
 // Plays a track on a model: every mapped hinge chain by FitJoints, root by the
 // hips' middle scaled with the legs; other hinges at qpos0. No ground contact
-// yet.
-ModelMotion FitMotion(const SourceTrack& track, const SourceSkeleton& skeleton,
-                      const SkeletonMap& map, const mjModel& model);
+// yet. `cut_share`, if given, is set to the share of (frame, hinge) that a limit
+// cut (FitJoints).
+ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
+                      const mjModel& model, double* cut_share = nullptr);
 
 // Angles between the joint rotations of the track and those that the hinges of
 // `motion` make: largest and mean over joints and frames. What closing the loop
-// changed before is SourceTrack::seam_max_rad.
+// changed before is RoleTrack::seam_max_rad.
 struct JointFitError {
   double max_rad = 0;
   double mean_rad = 0;
   // Per mapped body, largest over frames; root 0.
   std::vector<double> max_per_body;
 };
-JointFitError MeasureJointFit(const SourceTrack& track,
-                              const SourceSkeleton& skeleton,
-                              const SkeletonMap& map, const mjModel& model,
-                              const ModelMotion& motion);
+JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
+                              const mjModel& model, const ModelMotion& motion);
 
 }  // namespace sinew::import
 

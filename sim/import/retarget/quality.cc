@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/self_contact.h"
 
 namespace sinew::import {
 namespace {
@@ -19,8 +20,13 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
   frame->contact.assign(model.feet.size(), false);
   frame->skate.assign(model.feet.size(), 0);
   frame->lowest = INFINITY;
+  frame->lowest_foot = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
     frame->lowest = std::min(frame->lowest, lowest[i].z());
+    if (std::find(model.feet.begin(), model.feet.end(),
+                  model.points[i].body) != model.feet.end()) {
+      frame->lowest_foot = std::min(frame->lowest_foot, lowest[i].z());
+    }
     if (lowest[i].z() > kFootContactHeight) continue;
     const Vector3d velocity =
         dynamics.PointJacobian(model.points[i].body, lowest[i]) * frame->qvel;
@@ -59,6 +65,18 @@ double LoopSeam(Dynamics* dynamics, const ModelMotion& motion) {
   return distance.sum() / (model.nbody - 1);  // the world contributes 0
 }
 
+// 99th percentile over frames of the feet's depth.
+double FootPenetration(const std::vector<FrameDynamics>& frames) {
+  std::vector<double> depths;
+  for (const FrameDynamics& frame : frames) {
+    depths.push_back(std::max(0.0, -frame.lowest_foot));
+  }
+  const auto index = static_cast<std::ptrdiff_t>(
+      0.99 * static_cast<double>(depths.size() - 1));
+  std::nth_element(depths.begin(), depths.begin() + index, depths.end());
+  return depths[index];
+}
+
 }  // namespace
 
 std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
@@ -79,7 +97,10 @@ std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
       frame.torque[static_cast<int>(j)] = fit.remainder[dof];
       frame.peak_joint_speed =
           std::max(frame.peak_joint_speed, std::abs(frame.qvel[dof]));
+      frame.peak_joint_acceleration =
+          std::max(frame.peak_joint_acceleration, std::abs(frame.qacc[dof]));
     }
+    frame.root_speed = frame.qvel.head<3>().norm();
     MeasureContact(*dynamics, &frame);
   }
   return frames;
@@ -90,7 +111,8 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
   const ImportModel& model = dynamics->import_model();
   double force = 0, torque = 0, ratio = 0, penetration = 0, floating = 0;
   double speed = 0, skate = 0;
-  int bearing = 0, contacts = 0;
+  double acceleration = 0, root_speed = 0;
+  int bearing = 0, contacts = 0, airborne = 0;
   for (const FrameDynamics& frame : frames) {
     force += frame.residual.head<3>().norm() / model.weight();
     torque += frame.residual.tail<3>().norm();
@@ -100,6 +122,9 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
     }
     penetration = std::max(penetration, -frame.lowest);
     speed = std::max(speed, frame.peak_joint_speed);
+    acceleration = std::max(acceleration, frame.peak_joint_acceleration);
+    root_speed = std::max(root_speed, frame.root_speed);
+    airborne += frame.lowest > kFootContactHeight;
     if (frame.bears) {
       ++bearing;
       floating += std::max(0.0, frame.lowest);
@@ -110,6 +135,12 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
       skate += frame.skate[f];
     }
   }
+  const SelfContacts self(model);
+  double deepest = 0;
+  for (const VectorXd& qpos : motion.qpos) {
+    dynamics->SetPose(qpos);
+    deepest = std::max(deepest, self.Deepest(dynamics->data()));
+  }
   const double count = static_cast<double>(frames.size());
   v1::ClipQuality quality;
   quality.set_residual_force_bodyweights(force / count);
@@ -118,6 +149,11 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
   quality.set_penetration_max_m(penetration);
   quality.set_floating_mean_m(bearing == 0 ? 0 : floating / bearing);
   quality.set_peak_joint_speed(speed);
+  quality.set_peak_joint_acceleration(acceleration);
+  quality.set_peak_root_speed(root_speed);
+  quality.set_self_penetration_max_m(deepest);
+  quality.set_airborne_share(airborne / count);
+  quality.set_foot_penetration_p99_m(FootPenetration(frames));
   quality.set_foot_skate_m_per_s(contacts == 0 ? 0 : skate / contacts);
   quality.set_loop_seam_m(LoopSeam(dynamics, motion));
   return quality;

@@ -33,7 +33,21 @@ namespace sinew::import {
 // loop_seam_m: looping motions: mean over bodies of the distance between the
 //   body in frame n, extrapolated from frames n-2 and n-1 at constant
 //   velocity of all coordinates, and frame 0 moved by the cycle; 0 for others.
-// joint_fit_*: not set here (MeasureJointFit).
+// peak_joint_acceleration, peak_root_speed: largest |ddq| of a hinge, and speed
+//   of the root's origin.
+// foot_penetration_p99_m: 99th percentile over frames of the depth of the
+//   feet's deepest ground point below the floor, 0 above it.
+// self_penetration_max_m: largest depth of SelfContacts over frames.
+// airborne_share: share of frames whose lowest point is higher than
+//   kFootContactHeight.
+//
+// Not set by MeasureQuality:
+// joint_fit_*: MeasureJointFit.
+// joint_limit_violation_share: of human clips the share of (frame, hinge) whose
+//   angle ended at a limit that the decomposition of the source's rotation
+//   exceeds by more than a degree (FitMotion); of robot clips that of the
+//   clip's own angles.
+// retarget_error_m, retarget_errors: MeasureRetargetError.
 
 // A foot touches the floor in a frame if one of its points is no higher than
 // this and slower than kContactSpeed, metres.
@@ -47,8 +61,11 @@ struct FrameDynamics {
   std::vector<bool> contact;       // [feet]
   std::vector<double> skate;       // [feet] m/s of the lowest point
   double lowest = 0;               // height of the lowest point, m
+  double lowest_foot = 0;          // of the feet's, m
   bool bears = false;              // something is in contact
   double peak_joint_speed = 0;     // rad/s
+  double peak_joint_acceleration = 0;  // rad/s^2
+  double root_speed = 0;               // m/s
 };
 
 // All frames of a motion.

@@ -35,18 +35,32 @@ struct RefineOptions {
   // Points below the floor per m; hinges beyond a limit per rad.
   double penetration = 20;
   double limit = 5;
-  // Gauss-Newton steps at most.
+  // Gauss-Newton steps at most, of each window. A step that lowers the cost by
+  // less than the share `converged` is the last one.
   int iterations = 60;
+  double converged = 1e-3;
+  // Longer clips are refined in windows of so many frames, one after the other.
+  // The next window begins so many frames before the end of the last, and
+  // continues what lies before them as it is: `overlap` is how far the open end
+  // of a window is wrong. Precondition: 2 * overlap + 2 < window.
+  int window = 600;
+  int overlap = 60;
 };
 
 // Changes a motion as little as it takes to make it physical: Gauss-Newton over
-// all coordinates of the whole clip on the terms above. The floor's forces are
-// no unknowns: each frame takes the best ones (FitContacts) and the root
+// all coordinates of a window of frames on the terms above. The floor's forces
+// are no unknowns: each frame takes the best ones (FitContacts) and the root
 // residual's metric accounts for their following along (variable projection).
-//   repeat: note which points may bear; linearise every term; solve for all
-//   frames at once; accept if the sum of squares fell, else raise the damping.
+//   for each window:
+//     repeat: note which points may bear; linearise every term; solve for all
+//     frames at once; accept if the sum of squares fell, else raise the
+//     damping.
 // `bearing` [frames][points] from FindBearingPoints. Hinges end within their
-// limits.
+// limits. Deterministic.
+//
+// Thread-safety: as Dynamics. Blocking: a few milliseconds per frame; memory
+// beside the motions is that of one window. Errors: none; motions of fewer than
+// 3 frames come back as they are.
 ModelMotion RefineMotion(Dynamics* dynamics,
                          const std::vector<std::vector<bool>>& bearing,
                          const ModelMotion& motion,

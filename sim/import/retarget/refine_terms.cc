@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -25,28 +25,6 @@ VectorXd Displacement(const mjModel& model, const VectorXd& a,
   return difference;
 }
 
-// Derivatives of Displacement(a, b) by the tangent coordinates of its ends.
-struct DisplacementJacobians {
-  MatrixXd begin, end;  // [nv, nv]
-};
-
-DisplacementJacobians Differentiate(const VectorXd& displacement) {
-  const int nv = static_cast<int>(displacement.size());
-  const Matrix3d rotation =
-      motion::InverseRightJacobian(displacement.segment<3>(3));
-  DisplacementJacobians jacobians{-MatrixXd::Identity(nv, nv),
-                                  MatrixXd::Identity(nv, nv)};
-  jacobians.end.block<3, 3>(3, 3) = rotation;
-  jacobians.begin.block<3, 3>(3, 3) = -rotation.transpose();
-  return jacobians;
-}
-
-// Columns of the root's translation as the stored frame knows them.
-MatrixXd Turned(MatrixXd jacobian, const Matrix3d& turn) {
-  jacobian.leftCols<3>() = (jacobian.leftCols<3>() * turn).eval();
-  return jacobian;
-}
-
 VectorXd PerCoordinate(int nv, double floor, double up, double rotation,
                        double joint) {
   VectorXd weights = VectorXd::Constant(nv, joint);
@@ -56,71 +34,108 @@ VectorXd PerCoordinate(int nv, double floor, double up, double rotation,
   return weights;
 }
 
+// [frames] of those points of `bearing` that are on feet.
+std::vector<std::vector<int>> FindSoles(
+    const ImportModel& model, const std::vector<std::vector<bool>>& bearing) {
+  std::vector<int> on_feet;
+  for (size_t i = 0; i < model.points.size(); ++i) {
+    const auto foot =
+        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
+    if (foot != model.feet.end()) on_feet.push_back(static_cast<int>(i));
+  }
+  std::vector<std::vector<int>> soles(bearing.size());
+  for (size_t t = 0; t < bearing.size(); ++t) {
+    std::copy_if(on_feet.begin(), on_feet.end(), std::back_inserter(soles[t]),
+                 [&](int point) { return bearing[t][point]; });
+  }
+  return soles;
+}
+
 }  // namespace
 
 RefineTerms::RefineTerms(Dynamics* dynamics, const ModelMotion& original,
                          const std::vector<std::vector<bool>>& bearing,
-                         const RefineOptions& options)
+                         const RefineOptions& options, HeldFrames held)
     : dynamics_(dynamics),
       original_(original),
       bearing_(bearing),
       options_(options),
+      held_(held),
       frames_(original.frames()),
       nv_(dynamics->model().nv),
       pose_weights_(PerCoordinate(nv_, options.position, options.height,
                                   options.rotation, options.joint)),
+      force_weights_(
+          ContactFitWeights(dynamics->import_model(), options.torque)),
       original_change_(frames_),
-      may_bear_(frames_) {
+      soles_(FindSoles(dynamics->import_model(), bearing)),
+      may_bear_(frames_),
+      feet_moves_(frames_),
+      last_(nv_, nv_),
+      here_(nv_, nv_),
+      next_(nv_, nv_) {
   for (int t = 0; t < frames_; ++t) {
-    if (HasNeighbours(t)) original_change_[t] = SecondDifference(original, t);
-  }
-}
-
-void RefineTerms::ChooseContacts(const ModelMotion& motion) {
-  for (int t = 0; t < frames_; ++t) {
-    dynamics_->SetPose(motion.qpos[t]);
-    may_bear_[t].clear();
-    for (const Contact& contact : FindContacts(*dynamics_, kReach)) {
-      may_bear_[t].push_back(contact.point);
-    }
-  }
-}
-
-double RefineTerms::Cost(const ModelMotion& motion) const {
-  double cost = 0;
-  VectorXd qvel;
-  VectorXd qacc;
-  for (int t = 0; t < frames_; ++t) {
-    cost += PoseCost(motion, t) + PointCost(motion, t);
     if (!HasNeighbours(t)) continue;
-    const VectorXd change = SecondDifference(motion, t);
-    cost += Square(options_.acceleration) * change.squaredNorm() +
-            Square(options_.change_acceleration) *
-                (change - original_change_[t]).squaredNorm();
-    cost += Square(options_.physics) *
-            Contacts(motion, t, &qvel, &qacc).cost;
+    const mjModel& model = dynamics_->model();
+    original_change_[t] =
+        Displacement(model, original.qpos[t], FrameAt(original, t + 1)) +
+        Displacement(model, original.qpos[t], FrameAt(original, t - 1));
   }
-  return cost;
 }
 
-NormalEquations RefineTerms::Linearise(const ModelMotion& motion) const {
-  NormalEquations equations(frames_, nv_);
+RefineState RefineTerms::Begin(ModelMotion motion) {
+  RefineState state;
+  state.motion = std::move(motion);
+  state.frames.resize(frames_);
   for (int t = 0; t < frames_; ++t) {
-    AddPose(motion, t, &equations);
-    AddPoints(motion, t, &equations);
-    AddSlip(motion, t, &equations);
-    if (!HasNeighbours(t)) continue;
-    AddSmoothness(motion, t, &equations);
-    AddPhysics(motion, t, &equations);
+    EvaluateFrame(state.motion, t, &state.frames[t]);
+    may_bear_[t] = state.frames[t].low;
+    FitForces(t, t > 0 ? &state.frames[t - 1] : nullptr, &state.frames[t]);
   }
-  return equations;
+  SumCosts(&state);
+  return state;
+}
+
+RefineState RefineTerms::Evaluate(ModelMotion motion, const RefineState& near) {
+  RefineState state;
+  state.motion = std::move(motion);
+  state.frames.resize(frames_);
+  for (int t = 0; t < frames_; ++t) {
+    EvaluateFrame(state.motion, t, &state.frames[t]);
+    FitForces(t, &near.frames[t], &state.frames[t]);
+  }
+  SumCosts(&state);
+  return state;
+}
+
+void RefineTerms::ChooseContacts(RefineState* state) {
+  for (int t = 0; t < frames_; ++t) {
+    RefineState::Frame& frame = state->frames[t];
+    if (frame.low == may_bear_[t]) continue;
+    may_bear_[t] = frame.low;
+    if (!HasNeighbours(t)) continue;
+    dynamics_->SetPose(state->motion.qpos[t]);
+    FitForces(t, &frame, &frame);
+  }
+  SumCosts(state);
+}
+
+ModelMotion RefineTerms::Moved(const RefineState& state,
+                               const std::vector<VectorXd>& steps) const {
+  ModelMotion motion = state.motion;
+  for (int t = 0; t < frames_; ++t) {
+    if (Unknown(t) < 0) continue;
+    mj_integratePos(&dynamics_->model(), motion.qpos[t].data(),
+                    steps[Unknown(t)].data(), 1);
+  }
+  return motion;
 }
 
 RefineTerms::Neighbour RefineTerms::Find(const ModelMotion& motion,
                                          int t) const {
+  if (t >= 0 && t < frames_) return {t, Eigen::Matrix3d::Identity()};
   const int frame = (t + frames_) % frames_;
-  const double yaw =
-      t < 0 ? -motion.cycle.yaw : (t >= frames_ ? motion.cycle.yaw : 0);
+  const double yaw = t < 0 ? -motion.cycle.yaw : motion.cycle.yaw;
   return {frame, motion::YawRotation(yaw).toRotationMatrix()};
 }
 
@@ -128,208 +143,103 @@ bool RefineTerms::HasNeighbours(int t) const {
   return original_.loops || (t > 0 && t + 1 < frames_);
 }
 
-VectorXd RefineTerms::Deviation(const ModelMotion& motion, int t) const {
-  return Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t]);
+bool RefineTerms::HasNext(int t) const {
+  return original_.loops || t + 1 < frames_;
 }
 
-VectorXd RefineTerms::SecondDifference(const ModelMotion& motion,
-                                       int t) const {
+int RefineTerms::Unknown(int frame) const {
+  return frame >= frames_ - held_.after ? -1 : frame - held_.before;
+}
+
+// Leaves the dynamics in the frame's pose.
+void RefineTerms::EvaluateFrame(const ModelMotion& motion, int t,
+                                RefineState::Frame* frame) {
   const mjModel& model = dynamics_->model();
-  return Displacement(model, motion.qpos[t], FrameAt(motion, t + 1)) +
-         Displacement(model, motion.qpos[t], FrameAt(motion, t - 1));
+  dynamics_->SetPose(motion.qpos[t]);
+  const int points = static_cast<int>(bearing_[t].size());
+  const bool counts = Unknown(t) >= 0;
+  if (counts) frame->cost += PoseCost(motion, t);
+  for (int i = 0; i < points; ++i) {
+    const double height = dynamics_->Height(i);
+    if (height <= kReach) frame->low.push_back(i);
+    if (!counts) continue;
+    if (bearing_[t][i]) frame->cost += Square(options_.contact_height * height);
+    if (height < 0) frame->cost += Square(options_.penetration * height);
+  }
+  for (const int i : soles_[t]) {
+    frame->soles.push_back(dynamics_->LowestPoint(i));
+  }
+  if (!HasNeighbours(t)) return;
+  frame->after = Displacement(model, motion.qpos[t], FrameAt(motion, t + 1));
+  frame->before = Displacement(model, motion.qpos[t], FrameAt(motion, t - 1));
+  const VectorXd change = frame->after + frame->before;
+  frame->cost += Square(options_.acceleration) * change.squaredNorm() +
+                 Square(options_.change_acceleration) *
+                     (change - original_change_[t]).squaredNorm();
+  // v = (r+ - r-) / 2 dt, a = (r+ + r-) / dt^2.
+  frame->required =
+      dynamics_->Inverse((frame->after - frame->before) * (motion.rate / 2),
+                         change * (motion.rate * motion.rate));
 }
 
-ContactFit RefineTerms::Contacts(const ModelMotion& motion, int t,
-                                 VectorXd* qvel, VectorXd* qacc) const {
-  Rates(dynamics_->model(), motion, t, qvel, qacc);
-  const VectorXd required =
-      dynamics_->Inverse(motion.qpos[t], *qvel, *qacc);
+void RefineTerms::FitForces(int t, const RefineState::Frame* near,
+                            RefineState::Frame* frame) const {
+  if (!HasNeighbours(t)) return;
   std::vector<Contact> contacts;
   for (const int point : may_bear_[t]) {
-    contacts.push_back(
-        {point, Lowest(dynamics_->import_model().points[point],
-                       dynamics_->data())});
+    contacts.push_back({point, dynamics_->LowestPoint(point)});
   }
-  return FitContacts(*dynamics_, contacts, required, options_.torque);
-}
-
-bool RefineTerms::Bears(int t, size_t point) const {
-  return bearing_[(t + frames_) % frames_][point];
+  const bool guess = near != nullptr && near->fit.remainder.size() == nv_;
+  const VectorXd remainder = guess ? near->fit.remainder : frame->required;
+  frame->fit = FitContacts(*dynamics_, contacts, frame->required,
+                           options_.torque, &remainder);
 }
 
 double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
   const mjModel& model = dynamics_->model();
-  double cost =
-      Deviation(motion, t).cwiseProduct(pose_weights_).squaredNorm();
+  double cost = Displacement(model, original_.qpos[t], motion.qpos[t])
+                    .cwiseProduct(pose_weights_)
+                    .squaredNorm();
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
     const int id = model.dof_jntid[joint.dof_address];
     if (!model.jnt_limited[id]) continue;
     const double q = motion.qpos[t][joint.qpos_address];
-    const double excess = q - std::clamp(q, model.jnt_range[2 * id],
-                                         model.jnt_range[2 * id + 1]);
+    const double excess =
+        q - std::clamp(q, model.jnt_range[2 * id], model.jnt_range[2 * id + 1]);
     cost += Square(options_.limit * excess);
   }
   return cost;
 }
 
-double RefineTerms::PointCost(const ModelMotion& motion, int t) const {
-  const ImportModel& model = dynamics_->import_model();
-  dynamics_->SetPose(motion.qpos[t]);
-  const std::vector<Vector3d> here = dynamics_->LowestPoints();
+// As a rigid motion takes the neighbour's root to where it is seen.
+Vector3d RefineTerms::Seen(const ModelMotion& motion, int t,
+                           const Vector3d& position) const {
+  const Neighbour neighbour = Find(motion, t);
+  if (neighbour.frame == t) return position;
+  const Vector3d root = motion.qpos[neighbour.frame].head<3>();
+  return FrameAt(motion, t).head<3>() + neighbour.turn * (position - root);
+}
+
+double RefineTerms::SlipCost(const RefineState& state, int t) const {
+  if (!HasNext(t)) return 0;
+  const int next = (t + 1) % frames_;
+  if (Unknown(t) < 0 && Unknown(next) < 0) return 0;
   double cost = 0;
-  for (size_t i = 0; i < here.size(); ++i) {
-    if (Bears(t, i)) cost += Square(options_.contact_height * here[i].z());
-    cost += Square(options_.penetration * std::min(0.0, here[i].z()));
-  }
-  if (!original_.loops && t + 1 == frames_) return cost;
-  dynamics_->SetPose(FrameAt(motion, t + 1));
-  for (const int foot : model.feet) {
-    for (size_t i = 0; i < here.size(); ++i) {
-      if (model.points[i].body != foot) continue;
-      if (!Bears(t, i) || !Bears(t + 1, i)) continue;
-      const Vector3d there = Lowest(model.points[i], dynamics_->data());
-      cost += Square(options_.contact_slip) *
-              (there - here[i]).head<2>().squaredNorm();
-    }
-  }
-  return cost;
+  VisitSlips(soles_[t], soles_[next], [&](size_t a, size_t b) {
+    const Vector3d there =
+        Seen(state.motion, t + 1, state.frames[next].soles[b]);
+    cost += (there - state.frames[t].soles[a]).head<2>().squaredNorm();
+  });
+  return Square(options_.contact_slip) * cost;
 }
 
-void RefineTerms::AddPose(const ModelMotion& motion, int t,
-                          NormalEquations* equations) const {
-  const mjModel& model = dynamics_->model();
-  const VectorXd deviation = Deviation(motion, t);
-  for (int i = 0; i < nv_; ++i) {
-    equations->AddScalar(t, i, pose_weights_[i], deviation[i]);
+void RefineTerms::SumCosts(RefineState* state) const {
+  state->cost = 0;
+  for (int t = 0; t < frames_; ++t) {
+    const RefineState::Frame& frame = state->frames[t];
+    state->cost += frame.cost + Square(options_.physics) * frame.fit.cost +
+                   SlipCost(*state, t);
   }
-  for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
-    const double q = motion.qpos[t][joint.qpos_address];
-    const double excess = q - std::clamp(q, model.jnt_range[2 * id],
-                                         model.jnt_range[2 * id + 1]);
-    if (excess == 0) continue;
-    equations->AddScalar(t, joint.dof_address, options_.limit, excess);
-  }
-}
-
-void RefineTerms::AddPoints(const ModelMotion& motion, int t,
-                            NormalEquations* equations) const {
-  const ImportModel& model = dynamics_->import_model();
-  dynamics_->SetPose(motion.qpos[t]);
-  const std::vector<Vector3d> lowest = dynamics_->LowestPoints();
-  for (size_t i = 0; i < lowest.size(); ++i) {
-    const double height = lowest[i].z();
-    const double square =
-        (Bears(t, i) ? Square(options_.contact_height) : 0) +
-        (height < 0 ? Square(options_.penetration) : 0);
-    if (square == 0) continue;
-    const double weight = std::sqrt(square);
-    const MatrixXd jacobian = dynamics_->PointJacobian(
-        model.points[i].body,
-        lowest[i] + Vector3d(0, 0, model.points[i].radius));
-    equations->Add({{t, weight * jacobian.row(2)}},
-                   VectorXd::Constant(1, weight * height));
-  }
-}
-
-void RefineTerms::AddSlip(const ModelMotion& motion, int t,
-                          NormalEquations* equations) const {
-  if (!original_.loops && t + 1 == frames_) return;
-  const ImportModel& model = dynamics_->import_model();
-  struct Sample {
-    size_t point;
-    Vector3d position;
-    MatrixXd jacobian;
-  };
-  const auto sample = [&](const VectorXd& qpos) {
-    dynamics_->SetPose(qpos);
-    std::vector<Sample> samples;
-    for (const int foot : model.feet) {
-      for (size_t i = 0; i < model.points.size(); ++i) {
-        const GroundPoint& point = model.points[i];
-        if (point.body != foot || !Bears(t, i) || !Bears(t + 1, i)) continue;
-        const Vector3d position = Lowest(point, dynamics_->data());
-        samples.push_back(
-            {i, position,
-             dynamics_->PointJacobian(
-                 foot, position + Vector3d(0, 0, point.radius))});
-      }
-    }
-    return samples;
-  };
-  const std::vector<Sample> here = sample(motion.qpos[t]);
-  const std::vector<Sample> there = sample(FrameAt(motion, t + 1));
-  const Neighbour next = Find(motion, t + 1);
-  for (size_t k = 0; k < here.size(); ++k) {
-    const double weight = options_.contact_slip;
-    equations->Add(
-        {{t, -weight * here[k].jacobian.topRows<2>()},
-         {next.frame,
-          weight * Turned(there[k].jacobian, next.turn).topRows<2>()}},
-        weight * (there[k].position - here[k].position).head<2>());
-  }
-}
-
-void RefineTerms::AddSmoothness(const ModelMotion& motion, int t,
-                                NormalEquations* equations) const {
-  const mjModel& model = dynamics_->model();
-  const VectorXd after =
-      Displacement(model, motion.qpos[t], FrameAt(motion, t + 1));
-  const VectorXd before =
-      Displacement(model, motion.qpos[t], FrameAt(motion, t - 1));
-  const DisplacementJacobians d_after = Differentiate(after);
-  const DisplacementJacobians d_before = Differentiate(before);
-  const Neighbour next = Find(motion, t + 1);
-  const Neighbour last = Find(motion, t - 1);
-  const MatrixXd here = d_after.begin + d_before.begin;
-  const MatrixXd there = Turned(d_after.end, next.turn);
-  const MatrixXd then = Turned(d_before.end, last.turn);
-  const auto add = [&](double weight, const VectorXd& residual) {
-    equations->Add({{t, weight * here},
-                    {next.frame, weight * there},
-                    {last.frame, weight * then}},
-                   weight * residual);
-  };
-  add(options_.acceleration, after + before);
-  add(options_.change_acceleration, after + before - original_change_[t]);
-}
-
-void RefineTerms::AddPhysics(const ModelMotion& motion, int t,
-                             NormalEquations* equations) const {
-  const mjModel& model = dynamics_->model();
-  VectorXd qvel;
-  VectorXd qacc;
-  const ContactFit fit = Contacts(motion, t, &qvel, &qacc);
-  const MatrixXd by_contact = ContactForceDerivative(*dynamics_, fit.forces);
-  const Dynamics::Derivatives inverse =
-      dynamics_->InverseDerivatives(motion.qpos[t], qvel, qacc);
-  const DisplacementJacobians after = Differentiate(
-      Displacement(model, motion.qpos[t], FrameAt(motion, t + 1)));
-  const DisplacementJacobians before = Differentiate(
-      Displacement(model, motion.qpos[t], FrameAt(motion, t - 1)));
-
-  // v = (r+ - r-) / 2 dt, a = (r+ + r-) / dt^2.
-  const double rate = motion.rate;
-  const VectorXd weights =
-      options_.physics *
-      ContactFitWeights(dynamics_->import_model(), options_.torque);
-  const MatrixXd by_position =
-      weights.asDiagonal() * (inverse.position - by_contact);
-  const MatrixXd by_velocity =
-      weights.asDiagonal() * inverse.velocity * (rate / 2);
-  const MatrixXd by_acceleration =
-      weights.asDiagonal() * inverse.acceleration * (rate * rate);
-  const Neighbour next = Find(motion, t + 1);
-  const Neighbour last = Find(motion, t - 1);
-  equations->Add(
-      {{t, by_position + by_velocity * (after.begin - before.begin) +
-               by_acceleration * (after.begin + before.begin)},
-       {next.frame,
-        Turned((by_velocity + by_acceleration) * after.end, next.turn)},
-       {last.frame,
-        Turned((by_acceleration - by_velocity) * before.end, last.turn)}},
-      weights.cwiseProduct(fit.remainder), fit.sensitivity);
 }
 
 }  // namespace sinew::import

@@ -65,8 +65,7 @@ class RefineTest : public ::testing::Test {
     motion.loops = true;
     for (int t = 0; t < 30; ++t) {
       VectorXd qpos = Standing();
-      const double bend =
-          0.15 * (1 - std::cos(2 * std::numbers::pi * t / 30));
+      const double bend = 0.15 * (1 - std::cos(2 * std::numbers::pi * t / 30));
       for (size_t j = 0; j < model_.joints.size(); ++j) {
         const std::string& name = model_.semantics[j].semantic;
         const int address = model_.joints[j].qpos_address;
@@ -140,10 +139,10 @@ TEST_F(RefineTest, ContactForceDerivativeAgreesWithFiniteDifferences) {
     VectorXd sum = VectorXd::Zero(nv());
     for (const ContactForce& force : forces) {
       const GroundPoint& point = model_.points[force.contact.point];
-      sum += dynamics_
-                 ->PointJacobian(point.body, Lowest(point, dynamics_->data()))
-                 .transpose() *
-             force.force;
+      sum +=
+          dynamics_->PointJacobian(point.body, Lowest(point, dynamics_->data()))
+              .transpose() *
+          force.force;
     }
     return sum;
   };
@@ -165,23 +164,22 @@ TEST_F(RefineTest, GradientAgreesWithFiniteDifferencesOfTheCost) {
   const auto bearing = FindBearingPoints(
       dynamics_.get(), std::vector<bool>(motion.frames(), true), motion);
   RefineTerms terms(dynamics_.get(), original, bearing, RefineOptions());
-  terms.ChooseContacts(motion);
-  const NormalEquations equations = terms.Linearise(motion);
+  const RefineState state = terms.Begin(motion);
+  NormalEquations equations = terms.MakeEquations();
+  terms.Linearise(state, &equations);
   const auto moved = [&](int dof, double size) {
-    ModelMotion next = motion;
-    for (int t = 0; t < next.frames(); ++t) {
-      const VectorXd step =
-          size * std::sin(1.7 * t + dof) * VectorXd::Unit(nv(), dof);
-      mj_integratePos(&dynamics_->model(), next.qpos[t].data(), step.data(),
-                      1);
+    std::vector<VectorXd> steps;
+    for (int t = 0; t < motion.frames(); ++t) {
+      steps.push_back(size * std::sin(1.7 * t + dof) *
+                      VectorXd::Unit(nv(), dof));
     }
-    return terms.Cost(next);
+    return terms.Evaluate(terms.Moved(state, steps), state).cost;
   };
   for (const int dof : {0, 2, 4, 9, 20, 27}) {
     double analytic = 0;
     for (int t = 0; t < motion.frames(); ++t) {
-      analytic += 2 * std::sin(1.7 * t + dof) *
-                  equations.gradient()[t * nv() + dof];
+      analytic +=
+          2 * std::sin(1.7 * t + dof) * equations.gradient()[t * nv() + dof];
     }
     const double slope = (moved(dof, 1e-6) - moved(dof, -1e-6)) / 2e-6;
     EXPECT_NEAR(analytic, slope, 0.02 * std::abs(slope) + 1e-3)
@@ -194,8 +192,7 @@ TEST_F(RefineTest, MakesAFloatingMotionPhysicalWithoutChangingItMuch) {
   const auto bearing = FindBearingPoints(
       dynamics_.get(), std::vector<bool>(original.frames(), true), original);
 
-  const ModelMotion refined =
-      RefineMotion(dynamics_.get(), bearing, original);
+  const ModelMotion refined = RefineMotion(dynamics_.get(), bearing, original);
 
   const auto quality = [&](const ModelMotion& motion) {
     return MeasureQuality(dynamics_.get(), motion,
@@ -214,6 +211,61 @@ TEST_F(RefineTest, MakesAFloatingMotionPhysicalWithoutChangingItMuch) {
     EXPECT_LT(change.cwiseAbs().maxCoeff(), 0.25) << "frame " << t;
   }
 }
+
+// Many squats along a curve, as a line and as a loop.
+class RefineWindows : public RefineTest,
+                      public ::testing::WithParamInterface<bool> {};
+
+TEST_P(RefineWindows, JoinWithoutASeam) {
+  ModelMotion original;
+  original.rate = 30;
+  original.loops = GetParam();
+  original.cycle.x = 0.1;
+  original.cycle.yaw = 0.2;
+  const ModelMotion squat = Squat(0.005);
+  constexpr int kFrames = 150;
+  for (int t = 0; t < kFrames; ++t) {
+    VectorXd qpos = squat.qpos[t % 30];
+    qpos[0] += original.cycle.x * t / kFrames;
+    qpos[8] += 0.02 * std::sin(2 * std::numbers::pi * t / 15);
+    // Standing, the root is upright.
+    qpos[3] = std::cos(original.cycle.yaw * t / kFrames / 2);
+    qpos[6] = std::sin(original.cycle.yaw * t / kFrames / 2);
+    original.qpos.push_back(qpos);
+  }
+  const auto bearing = FindBearingPoints(
+      dynamics_.get(), std::vector<bool>(original.frames(), true), original);
+  RefineOptions options;
+  options.converged = 1e-9;
+  const ModelMotion whole =
+      RefineMotion(dynamics_.get(), bearing, original, options);
+  options.window = 70;
+  options.overlap = 30;
+
+  const ModelMotion joined =
+      RefineMotion(dynamics_.get(), bearing, original, options);
+
+  ASSERT_EQ(joined.frames(), whole.frames());
+  const auto apart = [&](int t) {
+    VectorXd difference(nv());
+    mj_differentiatePos(&dynamics_->model(), difference.data(), 1,
+                        whole.qpos[t].data(), joined.qpos[t].data());
+    return difference;
+  };
+  for (int t = 1; t < joined.frames(); ++t) {
+    EXPECT_LT((apart(t) - apart(t - 1)).cwiseAbs().maxCoeff(), 1e-4)
+        << "frame " << t;
+  }
+  if (original.loops) {
+    EXPECT_LT((apart(0) - apart(joined.frames() - 1)).cwiseAbs().maxCoeff(),
+              1e-4);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(LinesAndLoops, RefineWindows, ::testing::Bool(),
+                         [](const auto& param) {
+                           return param.param ? "Loop" : "Line";
+                         });
 
 TEST_F(RefineTest, FindsFlightAndMakesItBallistic) {
   // A hop: crouched still, then 0.5 s of flight whose capture floats along a
@@ -241,29 +293,6 @@ TEST_F(RefineTest, FindsFlightAndMakesItBallistic) {
                          motion.qpos[t + 1][2]) *
                         30 * 30;
     EXPECT_NEAR(fall, -9.81, 0.05) << t;
-  }
-}
-
-TEST(NormalEquations, AgreeWithADenseSolution) {
-  NormalEquations equations(3, 2);
-  MatrixXd dense = MatrixXd::Zero(7, 6);
-  VectorXd residual(7);
-  for (int row = 0; row < 7; ++row) {
-    const int first = row % 3, second = (row + 1) % 3;
-    FrameBlock a{first, MatrixXd(1, 2)}, b{second, MatrixXd(1, 2)};
-    a.jacobian << 1 + row, -0.5;
-    b.jacobian << 0.3 * row, 2 - row;
-    residual[row] = std::sin(row + 1);
-    dense.block(row, 2 * first, 1, 2) = a.jacobian;
-    dense.block(row, 2 * second, 1, 2) = b.jacobian;
-    equations.Add({a, b}, residual.segment(row, 1));
-  }
-  const VectorXd expected =
-      -(dense.transpose() * dense).ldlt().solve(dense.transpose() * residual);
-  const auto found = equations.Solve(0);
-  ASSERT_EQ(found.size(), 3u);
-  for (int t = 0; t < 3; ++t) {
-    EXPECT_NEAR((found[t] - expected.segment(2 * t, 2)).norm(), 0, 1e-9);
   }
 }
 

@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "sim/import/detect_format.h"
+#include "sim/import/read_clip.h"
+
+namespace sinew::import {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Enough for DetectFormat.
+constexpr size_t kHead = 64 << 10;
+
+std::string ReadHead(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kHead, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<size_t>(file.gcount()));
+  return head;
+}
+
+// Notes, licences and tables lie beside clips; only what a person would take
+// for a clip is one. Damaged clips are taken, so that the report names them.
+bool LooksLikeClip(const std::string& path) {
+  const std::string extension = LowerCaseExtension(path);
+  if (extension == ".bvh" || extension == ".amc" || extension == ".npz" ||
+      extension == ".fbx" || extension == ".c3d") {
+    return true;
+  }
+  if (extension != ".txt" && extension != ".json" && extension != ".csv" &&
+      extension != ".xml") {
+    return false;
+  }
+  const std::string head = ReadHead(path);
+  const auto format = DetectFormat(path, head);
+  if (!format.ok()) return false;
+  if (*format == ClipFormat::kDeepMimic) {
+    return head.find("\"Frames\"") != std::string::npos;
+  }
+  if (*format != ClipFormat::kRobotCsv) return true;
+  // A table of numbers: digits before the first comma of some early line.
+  const size_t line = head.find('\n') == std::string::npos
+                          ? 0
+                          : head.find('\n') + 1;
+  const size_t at = head.find_first_not_of(" \t\"", line);
+  return at != std::string::npos &&
+         std::string("-+.0123456789").find(head[at]) != std::string::npos;
+}
+
+absl::Status Walk(const std::string& folder, std::vector<std::string>* files) {
+  std::error_code error;
+  std::vector<std::string> found;
+  auto entry = fs::recursive_directory_iterator(
+      folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator();
+       entry.increment(error)) {
+    std::error_code ignored;
+    if (!entry->is_regular_file(ignored)) continue;
+    const std::string path = entry->path().string();
+    if (LooksLikeClip(path)) found.push_back(path);
+  }
+  if (error) {
+    return absl::UnavailableError(
+        absl::StrCat(folder, ": cannot be walked: ", error.message()));
+  }
+  std::sort(found.begin(), found.end());
+  files->insert(files->end(), found.begin(), found.end());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> ExpandFolders(
+    const std::vector<std::string>& paths) {
+  std::vector<std::string> files;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      files.push_back(path);  // if it is not there, its report says so
+      continue;
+    }
+    const size_t before = files.size();
+    if (absl::Status status = Walk(path, &files); !status.ok()) return status;
+    if (files.size() == before) {
+      return absl::NotFoundError(
+          absl::StrCat(path, ": expected motion clips in this folder, found "
+                             "none"));
+    }
+  }
+  return files;
+}
+
+}  // namespace sinew::import

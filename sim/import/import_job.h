@@ -1,0 +1,55 @@
+#ifndef SINEW_SIM_IMPORT_IMPORT_JOB_H_
+#define SINEW_SIM_IMPORT_IMPORT_JOB_H_
+
+#include <string>
+
+#include "sim/import/clip_cache.h"
+#include "sim/import/clip_report.h"
+#include "sim/import/importer.h"
+#include "sim/import/retarget/import_model.h"
+
+namespace sinew::import {
+
+// One file on its way into a library.
+struct ImportJob {
+  std::string file;
+  absl::Status readable;  // OK, or why it could not be read
+  std::string sha256;     // of the content; of the companions, in one
+  std::string companions_sha256;
+  // The mirror image of the clip is meant.
+  bool mirrored = false;
+};
+
+// Reads a file once to know it by its content. Blocking: on the disk.
+ImportJob MakeJob(const std::string& file, const ReadClipOptions& options);
+
+// What all files of an import share. Borrows everything.
+struct ImportContext {
+  const ImportModel& model;
+  const ImportOptions& options;
+  // SHA-256 of character, options and versions: what besides a file's content
+  // its result depends on.
+  std::string options_sha256;
+  const ClipCache& cache;
+  // Of the character; null: it has none.
+  const MotionMirror* mirror = nullptr;
+};
+
+// What a clip's mirror image is called: NAME_mirror.
+inline constexpr char kMirrorSuffix[] = "_mirror";
+
+// The digest for ImportContext.
+std::string OptionsDigest(const std::string& character_digest,
+                          const ImportOptions& options);
+
+// Takes the clip from the cache or imports it and puts it there. Never fails:
+// what goes wrong is the report's status (also if the cache cannot be written).
+// `name` is the clip's (without kMirrorSuffix); the report's info is complete but for first_frame.
+//
+// Thread-safety: yes. Blocking: on the disk; seconds of computation.
+ClipReport RunJob(const ImportContext& context, const ImportJob& job,
+                  const std::string& name);
+
+}  // namespace sinew::import
+
+#endif  // SINEW_SIM_IMPORT_IMPORT_JOB_H_

@@ -1,0 +1,70 @@
+#include "sim/import/retarget/pose_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim/import/retarget/banded_solver.h"
+#include "sim/import/retarget/pose_terms.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kFirstDamping = 1e-3;
+constexpr double kMostDamping = 1e4;
+
+void ClampHinges(const ImportModel& model, ModelMotion* motion) {
+  for (const ImportJoint& joint : model.joints) {
+    const int id = model.model->dof_jntid[joint.dof_address];
+    if (!model.model->jnt_limited[id]) continue;
+    for (VectorXd& qpos : motion->qpos) {
+      qpos[joint.qpos_address] =
+          std::clamp(qpos[joint.qpos_address], model.model->jnt_range[2 * id],
+                     model.model->jnt_range[2 * id + 1]);
+    }
+  }
+}
+
+}  // namespace
+
+ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
+                     const ScaledSource& wanted,
+                     const std::vector<std::vector<Lock>>& locks,
+                     const ModelMotion& motion, Dynamics* dynamics,
+                     const PoseFitOptions& options) {
+  const mjModel& model = dynamics->model();
+  const int frames = motion.frames();
+  const PoseTerms terms(track, map, wanted, locks, motion, dynamics, options);
+  ModelMotion best = motion;
+  ModelMotion next = motion;
+  double best_cost = INFINITY;
+  double damping = kFirstDamping;
+  std::vector<VectorXd> step;
+  // Each round measures the last step's cost with the equations of the next
+  // one; a step that cost more is taken back and made shorter.
+  for (int i = 0; i <= options.iterations && damping < kMostDamping; ++i) {
+    BandedSolver solver(frames, model.nv);
+    std::vector<VectorXd> slope(frames, VectorXd::Zero(model.nv));
+    const double cost = terms.Linearise(next, damping, &solver, &slope);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = next;
+      if (i == options.iterations || !solver.Solve(&slope)) break;
+      step = std::move(slope);
+    } else {
+      damping *= 10;
+      for (VectorXd& s : step) s *= 0.3;
+      next = best;
+    }
+    for (int t = 0; t < frames; ++t) {
+      const VectorXd back = -step[t];
+      mj_integratePos(&model, next.qpos[t].data(), back.data(), 1);
+    }
+  }
+  ClampHinges(dynamics->import_model(), &best);
+  return best;
+}
+
+}  // namespace sinew::import

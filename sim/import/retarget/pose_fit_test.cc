@@ -1,0 +1,188 @@
+// The fit of poses, each part against a second way: the solver against a dense
+// one, slopes against finite differences, the whole against what it promises.
+#include "sim/import/retarget/pose_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "common/testing/matchers.h"
+#include "sim/character/character.h"
+#include "sim/import/maps/draft_map.h"
+#include "sim/import/retarget/banded_solver.h"
+#include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/pose_terms.h"
+#include "sim/import/retarget/source_track.h"
+#include "sim/import/testing/made_skeletons.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+TEST(BandedSolverTest, SolvesLikeADenseOne) {
+  constexpr int kFrames = 7, kSize = 4;
+  std::srand(1);
+  BandedSolver solver(kFrames, kSize);
+  MatrixXd dense = MatrixXd::Zero(kFrames * kSize, kFrames * kSize);
+  for (int t = 0; t < kFrames; ++t) {
+    for (int back = 0; back <= std::min(t, BandedSolver::kBand); ++back) {
+      MatrixXd block = MatrixXd::Random(kSize, kSize);
+      if (back == 0) {
+        block = block * block.transpose() + 8 * MatrixXd::Identity(4, 4);
+      }
+      solver.block(t, back) = block;
+      dense.block(t * kSize, (t - back) * kSize, kSize, kSize) = block;
+      dense.block((t - back) * kSize, t * kSize, kSize, kSize) =
+          block.transpose();
+    }
+  }
+  const VectorXd right = VectorXd::Random(kFrames * kSize);
+  std::vector<VectorXd> x;
+  for (int t = 0; t < kFrames; ++t) {
+    x.push_back(right.segment(t * kSize, kSize));
+  }
+  ASSERT_TRUE(solver.Solve(&x));
+  const VectorXd expected = dense.ldlt().solve(right);
+  for (int t = 0; t < kFrames; ++t) {
+    EXPECT_LT((x[t] - expected.segment(t * kSize, kSize)).norm(), 1e-9) << t;
+  }
+}
+
+TEST(BandedSolverTest, SaysSoWhereTheMatrixIsNotPositive) {
+  BandedSolver solver(2, 3);
+  solver.block(0, 0).setIdentity();
+  std::vector<VectorXd> x(2, VectorXd::Ones(3));
+  EXPECT_FALSE(solver.Solve(&x));
+}
+
+class PoseFitTest : public ::testing::Test {
+ protected:
+  PoseFitTest() {
+    auto loaded = character::Character::Load("humanoid", v1::Physics());
+    EXPECT_THAT(loaded, ::sinew::testing::IsOk());
+    character_ = *std::move(loaded);
+    model_ = MakeImportModel(*character_);
+    dynamics_ = std::make_unique<Dynamics>(model_);
+    const SourceClip clip = testing::MadeClip({});
+    track_ = *MakeRoleTrack(MakeTrack(clip, 30), clip.skeleton,
+                            *DraftSkeletonMap(clip.skeleton, "draft"));
+    map_ = *MakeBodyMap(track_, model_);
+    motion_ = FitMotion(track_, map_, *model_.model);
+    supported_ = PlaceOnFloor(dynamics_.get(), &motion_);
+    wanted_ = ScaleSource(track_, map_, motion_, dynamics_.get());
+  }
+
+  // Shakes the feet by a centimetre from frame to frame.
+  ModelMotion Shaken() {
+    ModelMotion shaken = motion_;
+    for (int t = 0; t < shaken.frames(); ++t) {
+      shaken.qpos[t][0] += 0.01 * std::sin(2.5 * t);
+      for (const ImportJoint& joint : model_.joints) {
+        shaken.qpos[t][joint.qpos_address] +=
+            0.02 * std::sin(2.5 * t + joint.dof_address);
+      }
+    }
+    return shaken;
+  }
+
+  std::unique_ptr<const character::Character> character_;
+  ImportModel model_;
+  std::unique_ptr<Dynamics> dynamics_;
+  RoleTrack track_;
+  BodyMap map_;
+  ModelMotion motion_;
+  std::vector<bool> supported_;
+  ScaledSource wanted_;
+};
+
+TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
+  const auto locks = FindLocks(supported_, motion_, dynamics_.get());
+  PoseFitOptions options;
+  // Turns are large here, for which their derivative is no exact one.
+  options.rotation = options.limb_rotation = 0;
+  const PoseTerms terms(track_, map_, wanted_, locks, motion_,
+                        dynamics_.get(), options);
+  const ModelMotion at = Shaken();
+  const int nv = model_.model->nv;
+  const auto cost = [&](const ModelMotion& motion) {
+    BandedSolver solver(motion.frames(), nv);
+    std::vector<VectorXd> slope(motion.frames(), VectorXd::Zero(nv));
+    return terms.Linearise(motion, 0, &solver, &slope);
+  };
+  BandedSolver solver(at.frames(), nv);
+  std::vector<VectorXd> slope(at.frames(), VectorXd::Zero(nv));
+  terms.Linearise(at, 0, &solver, &slope);
+  constexpr double kStep = 1e-6;
+  for (const int t : {0, 17, at.frames() - 1}) {
+    for (int i = 0; i < nv; i += 3) {
+      VectorXd step = VectorXd::Zero(nv);
+      step[i] = kStep;
+      ModelMotion more = at, less = at;
+      mj_integratePos(model_.model, more.qpos[t].data(), step.data(), 1);
+      mj_integratePos(model_.model, less.qpos[t].data(), step.data(), -1);
+      const double numeric = (cost(more) - cost(less)) / (4 * kStep);
+      EXPECT_NEAR(slope[t][i], numeric, 1e-3 + 0.02 * std::abs(numeric))
+          << t << " " << i;
+    }
+  }
+}
+
+TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {
+  const ModelMotion shaken = Shaken();
+  const auto locks = FindLocks(supported_, shaken, dynamics_.get());
+  int standing = 0;
+  for (const auto& frame : locks) standing += static_cast<int>(frame.size());
+  ASSERT_GT(standing, 0);
+  const ModelMotion fitted = FitPoses(track_, map_, wanted_, locks, shaken,
+                                      dynamics_.get());
+  double before = 0, after = 0;
+  for (int t = 0; t < fitted.frames(); ++t) {
+    for (const Lock& lock : locks[t]) {
+      const GroundPoint& point = model_.points[lock.point];
+      dynamics_->SetPose(shaken.qpos[t]);
+      before +=
+          (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      dynamics_->SetPose(fitted.qpos[t]);
+      after +=
+          (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+    }
+  }
+  EXPECT_LT(after, 0.2 * before);
+}
+
+TEST_F(PoseFitTest, AnArmInTheBodyIsTakenOut) {
+  ModelMotion motion = motion_;
+  // Both upper arms against the chest.
+  for (size_t j = 0; j < model_.semantics.size(); ++j) {
+    if (model_.semantics[j].semantic.find("shoulder_x") == std::string::npos) {
+      continue;
+    }
+    for (VectorXd& qpos : motion.qpos) {
+      qpos[model_.joints[j].qpos_address] = -0.35;
+    }
+  }
+  const SelfContacts self(model_);
+  const auto deepest = [&](const ModelMotion& m) {
+    double depth = 0;
+    for (const VectorXd& qpos : m.qpos) {
+      dynamics_->SetPose(qpos);
+      depth = std::max(depth, self.Deepest(dynamics_->data()));
+    }
+    return depth;
+  };
+  ASSERT_GT(deepest(motion), 0.02);
+  const ScaledSource wanted =
+      ScaleSource(track_, map_, motion, dynamics_.get());
+  const ModelMotion fitted =
+      FitPoses(track_, map_, wanted, FindLocks(supported_, motion,
+                                               dynamics_.get()),
+               motion, dynamics_.get());
+  EXPECT_LT(deepest(fitted), 0.5 * deepest(motion));
+}
+
+}  // namespace
+}  // namespace sinew::import

@@ -1,0 +1,76 @@
+#ifndef SINEW_SIM_IMPORT_RETARGET_POSE_TERMS_H_
+#define SINEW_SIM_IMPORT_RETARGET_POSE_TERMS_H_
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "sim/import/retarget/banded_solver.h"
+#include "sim/import/retarget/body_map.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/foot_lock.h"
+#include "sim/import/retarget/model_motion.h"
+#include "sim/import/retarget/pose_fit.h"
+#include "sim/import/retarget/scaled_source.h"
+#include "sim/import/retarget/self_contact.h"
+
+namespace sinew::import {
+
+// The least-squares problem behind FitPoses; coordinates are the tangent of
+// qpos.
+//
+// Thread-safety: one thread. Ownership: borrows all arguments.
+class PoseTerms {
+ public:
+  PoseTerms(const RoleTrack& track, const BodyMap& map,
+            const ScaledSource& wanted,
+            const std::vector<std::vector<Lock>>& locks,
+            const ModelMotion& original, Dynamics* dynamics,
+            const PoseFitOptions& options);
+
+  // Adds the normal equations around `motion` to `solver` (which must be new)
+  // and `slope` (half the cost's derivative, [frames][nv], zero before).
+  // Returns the cost, the sum of squares.
+  double Linearise(const ModelMotion& motion, double damping,
+                   BandedSolver* solver,
+                   std::vector<Eigen::VectorXd>* slope) const;
+
+ private:
+  // One frame's normal equations in the making.
+  struct Frame {
+    Eigen::MatrixXd* matrix;  // lower half
+    Eigen::VectorXd* slope;
+    double cost = 0;
+    // Adds residual r with derivative `jacobian`, [rows, nv], times weight.
+    void Add(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+             const Eigen::Ref<const Eigen::VectorXd>& r, double weight);
+    void AddScalar(int coordinate, double r, double weight);
+  };
+
+  void AddPoints(int t, Frame* frame) const;
+  void AddRotations(int t, Frame* frame) const;
+  void AddSoles(int t, Frame* frame) const;
+  void AddSelf(Frame* frame) const;
+  void AddHinges(const Eigen::VectorXd& qpos, const Eigen::VectorXd& change,
+                 Frame* frame) const;
+  double AddSmoothness(const std::vector<Eigen::VectorXd>& change,
+                       BandedSolver* solver,
+                       std::vector<Eigen::VectorXd>* slope) const;
+
+  const RoleTrack& track_;
+  const BodyMap& map_;
+  const ScaledSource& wanted_;
+  const std::vector<std::vector<Lock>>& locks_;
+  const ModelMotion& original_;
+  Dynamics* const dynamics_;
+  const PoseFitOptions options_;
+  const SelfContacts self_contacts_;
+  const int nv_;
+  std::vector<double> point_weights_;     // [BodyMap::points]
+  std::vector<double> rotation_weights_;  // [BodyMap::bodies]
+  Eigen::VectorXd keep_weights_;          // [nv]
+  Eigen::VectorXd change_weights_;        // [nv]
+};
+
+}  // namespace sinew::import
+
+#endif  // SINEW_SIM_IMPORT_RETARGET_POSE_TERMS_H_

@@ -1,0 +1,107 @@
+#include "sim/import/retarget/retarget.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "common/status_macros.h"
+#include "sim/import/formats/first_frame.h"
+#include "sim/import/maps/draft_map.h"
+#include "sim/import/maps/skeleton_maps.h"
+#include "sim/import/retarget/body_map.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/foot_lock.h"
+#include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/pose_fit.h"
+#include "sim/import/retarget/role_track.h"
+#include "sim/import/retarget/scaled_source.h"
+#include "sim/import/retarget/settle.h"
+#include "sim/import/retarget/source_track.h"
+
+namespace sinew::import {
+namespace {
+
+// Drift of a source quaternion's norm that is worth a word.
+constexpr double kDriftWarning = 0.01;
+// Name of maps that nobody has looked at.
+constexpr char kDraftName[] = "draft";
+
+void Warn(const SourceClip& clip, const BodyMap& map,
+          std::vector<std::string>* warnings) {
+  if (clip.quaternion_drift > kDriftWarning) {
+    warnings->push_back(absl::StrFormat(
+        "quaternions were up to %.3f off unit length; normalised",
+        clip.quaternion_drift));
+  }
+  for (const std::string& role : map.unmapped) {
+    warnings->push_back(absl::StrCat("the character has no joint for ", role,
+                                     "; its rotation is lost"));
+  }
+}
+
+// The map that was asked for, else one that comes with the project, else a
+// draft.
+absl::StatusOr<v1::SkeletonMap> ChooseMap(const SourceClip& clip,
+                                          const RetargetOptions& options,
+                                          std::vector<std::string>* warnings) {
+  if (options.map != nullptr) return *options.map;
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::SkeletonMap> maps,
+                         KnownSkeletonMaps());
+  const v1::SkeletonMap* found = FindMapFor(maps, clip.skeleton);
+  if (found != nullptr) return *found;
+  SINEW_ASSIGN_OR_RETURN(v1::SkeletonMap draft,
+                         DraftSkeletonMap(clip.skeleton, kDraftName));
+  std::vector<std::string> pairs;
+  for (const v1::JointRole& joint : draft.joints()) {
+    pairs.push_back(absl::StrCat(joint.source(), ": ", joint.role()));
+  }
+  warnings->push_back(
+      absl::StrCat("no skeleton map fits; drafted one, please check: ",
+                   absl::StrJoin(pairs, ", ")));
+  return draft;
+}
+
+}  // namespace
+
+absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
+                                        const SourceClip& source,
+                                        const RetargetOptions& options) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckModel(model));
+  Retargeted result;
+  result.warnings = source.warnings;
+  SINEW_ASSIGN_OR_RETURN(const v1::SkeletonMap roles,
+                         ChooseMap(source, options, &result.warnings));
+  SourceClip clip = source;
+  if (roles.first_frame_is_rest() && FirstFrameIsRest(clip)) {
+    DropFirstPose(clip);
+  }
+  result.map = roles.name();
+  SINEW_ASSIGN_OR_RETURN(
+      const RoleTrack track,
+      MakeRoleTrack(MakeTrack(clip, options.rate), clip.skeleton, roles));
+  SINEW_ASSIGN_OR_RETURN(const BodyMap map, MakeBodyMap(track, model));
+  Warn(clip, map, &result.warnings);
+  double cut_share = 0;
+  result.motion = FitMotion(track, map, *model.model, &cut_share);
+  result.retiming = track.retiming;
+  result.seam_max_rad = track.seam_max_rad;
+  result.source_parents = track.parent;
+  Dynamics dynamics(model);
+  const std::vector<bool> supported = PlaceOnFloor(&dynamics, &result.motion);
+  result.source_joints = ScaleSource(track, map, result.motion, &dynamics);
+  result.motion = FitPoses(
+      track, map, result.source_joints,
+      FindLocks(supported, result.motion, &dynamics), result.motion, &dynamics);
+  Settle(options, supported, &dynamics, &result);
+  v1::ClipQuality& quality = result.quality;
+  const JointFitError fit =
+      MeasureJointFit(track, map, *model.model, result.motion);
+  quality.set_joint_fit_max_rad(fit.max_rad);
+  quality.set_joint_fit_mean_rad(fit.mean_rad);
+  quality.set_joint_limit_violation_share(cut_share);
+  MeasureRetargetError(track, map, result.source_joints, result.motion,
+                       &dynamics, &quality);
+  return result;
+}
+
+}  // namespace sinew::import

@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cmath>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "common/status_macros.h"
+#include "sim/import/retarget/dynamics.h"
+#include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/retarget.h"
+#include "sim/import/retarget/settle.h"
+#include "sim/import/retarget/source_track.h"
+#include "sim/motion/rotation.h"
+
+namespace sinew::import {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Beyond a limit by more than this is worth a word, rad.
+constexpr double kLimitTolerance = 0.0175;
+// Lowest points further from the floor than this need calibration, m.
+constexpr double kFloorTolerance = 0.01;
+
+// Which column of the clip moves which joint of the character; -1: none.
+struct Columns {
+  std::vector<int> of_joint;        // [ImportModel::joints]
+  std::vector<std::string> unused;  // names of the clip
+  std::vector<std::string> missing;
+};
+
+Columns MatchColumns(const ImportModel& model, const RobotClip& clip) {
+  Columns columns;
+  std::vector<bool> used(clip.joints.size(), false);
+  for (const ImportJoint& joint : model.joints) {
+    const int id = model.model->dof_jntid[joint.dof_address];
+    const std::string name = mj_id2name(model.model, mjOBJ_JOINT, id);
+    const auto found =
+        std::find(clip.joints.begin(), clip.joints.end(), name);
+    const auto column = found - clip.joints.begin();
+    columns.of_joint.push_back(
+        found == clip.joints.end() ? -1 : static_cast<int>(column));
+    if (found == clip.joints.end()) {
+      columns.missing.push_back(name);
+    } else {
+      used[column] = true;
+    }
+  }
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) columns.unused.push_back(clip.joints[i]);
+  }
+  return columns;
+}
+
+absl::Status CheckColumns(const ImportModel& model, const RobotClip& clip,
+                          const Columns& columns) {
+  const size_t found = model.joints.size() - columns.missing.size();
+  if (2 * found >= model.joints.size()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      clip.name, ": expected at least half of the character's ",
+      model.joints.size(), " joints among the clip's columns, found ", found,
+      "; missing: ", absl::StrJoin(columns.missing, ", ")));
+}
+
+void WarnColumns(const Columns& columns, std::vector<std::string>* warnings) {
+  if (!columns.missing.empty()) {
+    warnings->push_back(
+        absl::StrCat("the clip has no column for ",
+                     absl::StrJoin(columns.missing, ", "),
+                     "; left at the default position"));
+  }
+  if (!columns.unused.empty()) {
+    warnings->push_back(absl::StrCat("the character has no joint ",
+                                     absl::StrJoin(columns.unused, ", "),
+                                     "; the column is lost"));
+  }
+}
+
+// The clip as balls that turn about x, so that closing loops and resampling is
+// the same code for all clips.
+SourceClip AsBalls(const RobotClip& clip) {
+  SourceClip balls;
+  balls.name = clip.name;
+  balls.loops = clip.loops;
+  balls.skeleton.joints.push_back({"root", -1, Vector3d::Zero()});
+  for (const std::string& joint : clip.joints) {
+    balls.skeleton.joints.push_back({joint, 0, Vector3d::Zero()});
+  }
+  for (const RobotPose& pose : clip.poses) {
+    std::vector<Quaterniond> rotation = {pose.root_rotation};
+    for (const double angle : pose.joints) {
+      rotation.push_back(motion::Exp(angle * Vector3d::UnitX()));
+    }
+    balls.poses.push_back({pose.time, pose.root_position, rotation});
+  }
+  return balls;
+}
+
+// The joint's angle, of the representatives modulo 2 pi the one nearest to the
+// middle of its range.
+double Angle(const mjModel& model, int joint, const Quaterniond& ball) {
+  const double angle = 2 * std::atan2(ball.x(), ball.w());
+  const double* range = model.jnt_range + 2 * joint;
+  return motion::Unwrap(
+      angle, model.jnt_limited[joint] ? (range[0] + range[1]) / 2 : 0);
+}
+
+// Fills qpos; returns the share of angles beyond a limit.
+double FillPoses(const ImportModel& model, const Columns& columns,
+                 const SourceTrack& track, ModelMotion* motion) {
+  const mjModel& m = *model.model;
+  int beyond = 0;
+  for (int t = 0; t < track.frames(); ++t) {
+    VectorXd qpos = Eigen::Map<const VectorXd>(m.qpos0, m.nq);
+    qpos.head<3>() = track.root_position[t];
+    motion::ToWxyz(track.rotation[t][0], qpos.data() + 3);
+    for (size_t j = 0; j < model.joints.size(); ++j) {
+      const ImportJoint& joint = model.joints[j];
+      const int id = m.dof_jntid[joint.dof_address];
+      const int column = columns.of_joint[j];
+      const double wanted =
+          column < 0 ? joint.default_position
+                     : Angle(m, id, track.rotation[t][column + 1]);
+      double& angle = qpos[joint.qpos_address];
+      angle = m.jnt_limited[id] ? std::clamp(wanted, m.jnt_range[2 * id],
+                                             m.jnt_range[2 * id + 1])
+                                : wanted;
+      beyond += std::abs(angle - wanted) > kLimitTolerance;
+    }
+    motion->qpos.push_back(qpos);
+  }
+  const double angles =
+      static_cast<double>(model.joints.size()) * track.frames();
+  return beyond / angles;
+}
+
+// Whether a supported frame's lowest point lies off the floor.
+bool IsOffTheFloor(Dynamics* dynamics, const std::vector<bool>& supported,
+                   const ModelMotion& motion) {
+  for (int t = 0; t < motion.frames(); ++t) {
+    if (!supported[t]) continue;
+    dynamics->SetPose(motion.qpos[t]);
+    double low = INFINITY;
+    for (const Vector3d& point : dynamics->LowestPoints()) {
+      low = std::min(low, point.z());
+    }
+    if (std::abs(low) > kFloorTolerance) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
+                                        const RobotClip& clip,
+                                        const RetargetOptions& options) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckModel(model));
+  const Columns columns = MatchColumns(model, clip);
+  SINEW_RETURN_IF_ERROR(CheckColumns(model, clip, columns));
+  const SourceTrack track = MakeTrack(AsBalls(clip), options.rate);
+  Retargeted result;
+  result.warnings = clip.warnings;
+  WarnColumns(columns, &result.warnings);
+  result.retiming = track.retiming;
+  result.seam_max_rad = track.seam_max_rad;
+  ModelMotion& motion = result.motion;
+  motion.rate = track.rate;
+  motion.loops = track.loops;
+  motion.cycle = track.cycle;
+  const double beyond = FillPoses(model, columns, track, &motion);
+  Dynamics dynamics(model);
+  std::vector<bool> supported = FindSupport(&dynamics, motion);
+  if (IsOffTheFloor(&dynamics, supported, motion)) {
+    supported = PlaceOnFloor(&dynamics, &motion);
+  }
+  Settle(options, supported, &dynamics, &result);
+  result.quality.set_joint_limit_violation_share(beyond);
+  return result;
+}
+
+}  // namespace sinew::import

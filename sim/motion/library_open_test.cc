@@ -1,0 +1,167 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "sim/motion/library.h"
+#include "sim/motion/testing/sample_library.h"
+
+namespace sinew::motion {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using testing::Files;
+using testing::Folder;
+using testing::GoodFiles;
+using ::testing::HasSubstr;
+using testing::kFrames;
+using testing::MakeSample;
+using testing::Sample;
+using testing::SaveAndLoad;
+
+// A folder with these files.
+std::string Put(const std::string& name, const Files& files) {
+  EXPECT_THAT(MakeDirectories(Folder(name)), IsOk());
+  EXPECT_THAT(WriteFileAtomically(JoinPath(Folder(name), "frames.safetensors"),
+                                  files.frames),
+              IsOk());
+  EXPECT_THAT(WriteFileAtomically(JoinPath(Folder(name), "manifest.json"),
+                                  files.manifest),
+              IsOk());
+  return Folder(name);
+}
+
+TEST(Library, OpeningRefusesATruncatedFramesFile) {
+  Files files = GoodFiles();
+  const size_t whole = files.frames.size();
+  for (const size_t size : {size_t{0}, size_t{7}, size_t{100}, whole - 1}) {
+    files.frames.resize(size);
+    EXPECT_THAT(Library::Load(Put("cut", files)),
+                StatusIs(absl::StatusCode::kDataLoss,
+                         AllOf(HasSubstr("cut: frames.safetensors: "),
+                               HasSubstr("truncated, altered"))));
+    files = GoodFiles();
+  }
+}
+
+TEST(Library, OpeningRefusesFramesOfALibraryOfAnotherSize) {
+  Files files = GoodFiles();
+  Sample sample = MakeSample();
+  sample.manifest.add_feet("second");
+  sample.frames["contact"] = HostTensor::Zeros({2 * kFrames, 2});
+  ASSERT_THAT(Library::Save(sample.manifest, sample.frames, Folder("wider")),
+              IsOk());
+  files.frames = *ReadFile(JoinPath(Folder("wider"), "frames.safetensors"));
+
+  EXPECT_THAT(Library::Load(Put("mixed", files)),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr("mixed: tensor contact: expected shape [24, "
+                                 "1], found [24, 2]")));
+}
+
+TEST(Library, VerifyFindsWhatOpeningCannotSee) {
+  Files files = GoodFiles();
+  files.frames.back() = static_cast<char>(files.frames.back() ^ 1);
+
+  const auto library = Library::Load(Put("altered", files));
+
+  ASSERT_THAT(library, IsOk());
+  EXPECT_THAT((*library)->Verify(),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr("altered: frames.safetensors: expected "
+                                 "SHA-256")));
+}
+
+TEST(Library, VerifyReadsNumbersAlsoWhereTheDigestIsRight) {
+  Files files = GoodFiles();
+  const std::string old_digest = Sha256Hex(files.frames);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(files.frames.data() + files.frames.size() - sizeof(nan), &nan,
+              sizeof(nan));
+  files.manifest = absl::StrReplaceAll(files.manifest,
+                                       {{old_digest, Sha256Hex(files.frames)}});
+
+  const auto library = Library::Load(Put("poisoned", files));
+
+  ASSERT_THAT(library, IsOk());
+  EXPECT_THAT((*library)->Verify(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("poisoned: clip \"once\" frame 11 ")));
+}
+
+TEST(Library, VerifyAcceptsWhatWasSaved) {
+  EXPECT_THAT(SaveAndLoad("whole")->Verify(), IsOk());
+}
+
+TEST(Library, KeepsItsFramesWhileItIsReplaced) {
+  const auto old_library = SaveAndLoad("replaced");
+  Sample sample = MakeSample();
+  sample.frames["joint_position"].mutable_float32()[0] = 42;
+
+  ASSERT_THAT(Library::Save(sample.manifest, sample.frames, Folder("replaced")),
+              IsOk());
+
+  EXPECT_EQ(old_library->frame(0, 0).joint_position[0], 0);
+  EXPECT_THAT(old_library->Verify(), IsOk());
+  const auto new_library = Library::Load(Folder("replaced"));
+  ASSERT_THAT(new_library, IsOk());
+  EXPECT_EQ((*new_library)->frame(0, 0).joint_position[0], 42);
+  EXPECT_NE((*new_library)->digest(), old_library->digest());
+}
+
+TEST(Library, HasTheSameDigestMappedAndFromBytes) {
+  const auto mapped = SaveAndLoad("good");
+  const Files files = GoodFiles();
+  const auto copied = Library::FromBytes(files.manifest, files.frames, "lib");
+  ASSERT_THAT(copied, IsOk());
+  EXPECT_EQ(mapped->digest(), (*copied)->digest());
+}
+
+TEST(Library, SaysThatAFramesHeaderOfOddLengthCannotBeMapped) {
+  Files files = GoodFiles();
+  // One space more in the header moves all numbers by a byte.
+  files.frames[0] = static_cast<char>(files.frames[0] + 1);
+  files.frames.insert(files.frames.find("]}}") + 3, " ");
+  EXPECT_THAT(Library::Load(Put("odd", files)),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr("expected data at a multiple of 4 bytes")));
+}
+
+// Memory of this process that is really there, bytes.
+int64_t ResidentBytes() {
+  const std::string statm = *ReadFile("/proc/self/statm");
+  int64_t pages = 0;
+  EXPECT_TRUE(absl::SimpleAtoi(
+      std::vector<std::string>(absl::StrSplit(statm, ' '))[1], &pages));
+  return pages * 4096;
+}
+
+TEST(Library, TenHoursOpenWithoutBeingRead) {
+  testing::MakeSparseLibrary(/*hours=*/10, /*clips=*/4000, Folder("long"));
+  ASSERT_GT(*FileSize(JoinPath(Folder("long"), "frames.safetensors")),
+            1'300'000'000);
+  const int64_t before = ResidentBytes();
+
+  const auto library = Library::Load(Folder("long"));
+
+  ASSERT_THAT(library, IsOk());
+  EXPECT_EQ((*library)->manifest().num_frames(), 1'080'000);
+  // The manifest and a few pages of frames.
+  EXPECT_LT(ResidentBytes() - before, 100'000'000);
+  EXPECT_EQ((*library)->frame(3999, 269).feedforward_torque[27], 0);
+}
+
+}  // namespace
+}  // namespace sinew::motion
