@@ -68,6 +68,7 @@ absl::Status ExportBest(const ExportOptions& options,
                             .iterations = evaluated.iteration(),
                             .samples = evaluated.samples(),
                             .train_seconds = evaluated.train_seconds(),
+                            .build = evaluated.build(),
                             .metrics = evaluated.metrics()},
                            options.out);
 }

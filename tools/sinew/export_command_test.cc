@@ -69,6 +69,7 @@ class ExportCommand : public ::testing::Test {
   void SaveBest(const std::string& snapshot) const {
     v1::EvaluatedPolicy evaluated;
     evaluated.set_iteration(9);
+    evaluated.set_build("b9");
     evaluated.mutable_metrics()->set_succeeded_starts(31);
     v1::Artifact record;
     record.set_id("policy-00000009");
@@ -122,6 +123,7 @@ TEST_F(ExportCommand, MakesABundleOfTheBestPolicyWithItsMetrics) {
   EXPECT_EQ(bundle->manifest.provenance().snapshot_sha256(),
             Sha256Hex(Snapshot(0.4)));
   EXPECT_EQ(bundle->manifest.provenance().iterations(), 9);
+  EXPECT_EQ(bundle->manifest.provenance().build(), "b9");
   EXPECT_EQ(bundle->manifest.metrics().succeeded_starts(), 31);
 }
 

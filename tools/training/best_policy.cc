@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/build_info.h"
 #include "common/status_macros.h"
 
 namespace sinew::tools {
@@ -38,6 +39,7 @@ void BestPolicy::Remember(int64_t iteration, Blob snapshot, int64_t samples,
   policy.evaluated.set_iteration(iteration);
   policy.evaluated.set_samples(samples);
   policy.evaluated.set_train_seconds(train_seconds);
+  policy.evaluated.set_build(BuildIdentity());
   policy.snapshot = std::move(snapshot);
   if (recent_.size() > kRemembered) recent_.pop_front();
 }

@@ -226,7 +226,7 @@ absl::Status TrainingRun::Export() const {
   best.iterations = evaluated.iteration();
   best.samples = evaluated.samples();
   best.train_seconds = evaluated.train_seconds();
-  best.build = BuildIdentity();
+  best.build = evaluated.build();
   best.metrics = evaluated.metrics();
   return bundle::ExportRun(folder_->path(), best, folder_->best_bundle());
 }
