@@ -1,8 +1,8 @@
 // Prints how well clips play on a character:
-//   figures_tool --character g1 FILES...
-// and, for a file with a recording of the same clip in the character's own
-// coordinates (same stem, .csv, in --against), how far the two are apart.
-#include <CLI/CLI.hpp>
+//   figures_tool [--character g1] [--plain] [--against DIR] [--dump DIR] FILES...
+// --plain: without refinement. --against: for a file with a recording of the
+// same clip on the character (DIR/STEM.csv) how far the two are apart. --dump:
+// writes the places of all joints to DIR/STEM.txt.
 #include <algorithm>
 #include <ctime>
 #include <memory>
@@ -29,6 +29,7 @@
 #include "sim/import/retarget/retarget.h"
 #include "sim/import/retarget/role_track.h"
 #include "sim/import/retarget/scaled_source.h"
+#include "sim/motion/rotation.h"
 
 namespace sinew::import {
 namespace {
@@ -64,7 +65,7 @@ absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
   return FitRobotClip(model, std::get<RobotClip>(source), options);
 }
 
-// Mean distance of hands, feet and head from the source's, scaled with the
+// Mean distance of hands and feet from the source's, scaled with the
 // legs, both seen from the middle of the hips, m.
 double EndsApart(const ImportModel& model, const SourceClip& clip,
                  const Retargeted& played, double rate) {
@@ -91,7 +92,7 @@ double EndsApart(const ImportModel& model, const SourceClip& clip,
     const Eigen::Vector3d source_hips =
         (source("left_hip") + source("right_hip")) / 2;
     for (const char* end : {"left_wrist", "right_wrist", "left_ankle",
-                            "right_ankle", "head"}) {
+                            "right_ankle"}) {
       const int role = track->Find(end);
       if (role < 0 || map->FindPoint(role) < 0) continue;
       sum += (ours(end) - hips - map->scale * (source(end) - source_hips))
@@ -117,10 +118,15 @@ void Print(const std::string& name, const Retargeted& played, double seconds) {
       q.airborne_share());
 }
 
-// Mean distance of hands and feet of two motions seen from the root, m.
-double Apart(const ImportModel& model, const ModelMotion& a,
-             const ModelMotion& b) {
-  Dynamics dynamics(model);
+// The heading of a frame or, if `whole`, all of its rotation.
+Eigen::Matrix3d Orientation(const Eigen::VectorXd& qpos, bool whole) {
+  const Eigen::Quaterniond root = motion::FromWxyz(qpos.data() + 3);
+  return (whole ? root : motion::YawRotation(motion::Yaw(root)))
+      .toRotationMatrix();
+}
+
+// Bodies of the feet, then of the hands.
+std::vector<int> Ends(const ImportModel& model) {
   std::vector<int> ends = model.feet;
   for (const char* side : {"left_wrist", "right_wrist"}) {
     int hand = 0;
@@ -130,30 +136,52 @@ double Apart(const ImportModel& model, const ModelMotion& a,
     }
     if (hand > 0) ends.push_back(hand);
   }
+  return ends;
+}
+
+// Mean distance of each end of two motions, seen from the root, m.
+std::vector<double> Apart(const ImportModel& model, const ModelMotion& a,
+                          const ModelMotion& b, bool whole) {
+  Dynamics dynamics(model);
+  const std::vector<int> ends = Ends(model);
   const auto places = [&](const Eigen::VectorXd& qpos) {
     dynamics.SetPose(qpos);
-    const mjData& data = dynamics.data();
-    const int root = model.model->jnt_bodyid[0];
-    const Eigen::Map<const Eigen::Vector3d> origin(data.xpos + 3 * root);
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(
-        data.xmat + 9 * root);
+    const Eigen::Matrix3d frame = Orientation(qpos, whole);
     std::vector<Eigen::Vector3d> result;
     for (const int body : ends) {
-      result.push_back(
-          frame.transpose() *
-          (Eigen::Map<const Eigen::Vector3d>(data.xpos + 3 * body) - origin));
+      result.push_back(frame.transpose() *
+                       (Eigen::Map<const Eigen::Vector3d>(
+                            dynamics.data().xpos + 3 * body) -
+                        qpos.head<3>()));
     }
     return result;
   };
   const int frames = std::min(a.frames(), b.frames());
-  double sum = 0;
+  std::vector<double> sums(ends.size(), 0);
   for (int t = 0; t < frames; ++t) {
     const auto first = places(a.qpos[t]), second = places(b.qpos[t]);
     for (size_t i = 0; i < ends.size(); ++i) {
-      sum += (first[i] - second[i]).norm();
+      sums[i] += (first[i] - second[i]).norm() / frames;
     }
   }
-  return sum / (frames * static_cast<double>(ends.size()));
+  return sums;
+}
+
+double Mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+// Mean angle between the roots, rad.
+double RootTurn(const ModelMotion& a, const ModelMotion& b) {
+  const int frames = std::min(a.frames(), b.frames());
+  double sum = 0;
+  for (int t = 0; t < frames; ++t) {
+    sum += motion::AngleBetween(motion::FromWxyz(a.qpos[t].data() + 3),
+                                motion::FromWxyz(b.qpos[t].data() + 3));
+  }
+  return sum / frames;
 }
 
 void Compare(const ImportModel& model, const std::string& path,
@@ -176,11 +204,17 @@ void Compare(const ImportModel& model, const std::string& path,
     absl::PrintF("  %s\n", theirs.status().message());
     return;
   }
+  const auto heading = Apart(model, ours.motion, theirs->motion, false);
   absl::PrintF(
-      "  apart %.1f cm; theirs: skate %.2f cm/s, penetration %.2f cm\n",
-      100 * Apart(model, ours.motion, theirs->motion),
-      100 * theirs->quality.foot_skate_m_per_s(),
-      100 * theirs->quality.foot_penetration_p99_m());
+      "  apart %.1f cm (whole root rotation: %.1f cm; roots turned %.2f rad); "
+      "each: ",
+      100 * Mean(heading),
+      100 * Mean(Apart(model, ours.motion, theirs->motion, true)),
+      RootTurn(ours.motion, theirs->motion));
+  for (const double end : heading) absl::PrintF("%.1f ", 100 * end);
+  absl::PrintF("\n  theirs: skate %.2f cm/s, penetration %.2f cm\n",
+               100 * theirs->quality.foot_skate_m_per_s(),
+               100 * theirs->quality.foot_penetration_p99_m());
 }
 
 // Parents of the bodies, of the source's joints, then a frame a line: places.
@@ -210,19 +244,27 @@ void Dump(const ImportModel& model, const Retargeted& played,
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app("Prints how well clips play on a character");
   std::string character = "humanoid", against, dump;
   std::vector<std::string> files;
   RetargetOptions options;
-  bool plain = false;
-  app.add_option("--character", character);
-  app.add_option("--against", against);
-  app.add_option("--dump", dump, "folder for the places of all joints");
-  app.add_flag("--plain", plain, "without refinement");
-  app.add_option("--rate", options.rate);
-  app.add_option("files", files)->required();
-  CLI11_PARSE(app, argc, argv);
-  options.refine = !plain;
+  for (int i = 1; i < argc; ++i) {
+    const std::string flag = argv[i];
+    const bool has_value = i + 1 < argc;
+    if (flag == "--plain") {
+      options.refine = false;
+    } else if (flag == "--character" && has_value) {
+      character = argv[++i];
+    } else if (flag == "--against" && has_value) {
+      against = argv[++i];
+    } else if (flag == "--dump" && has_value) {
+      dump = argv[++i];
+    } else if (absl::StartsWith(flag, "--")) {
+      absl::PrintF("unknown flag %s\n", flag);
+      return 2;
+    } else {
+      files.push_back(flag);
+    }
+  }
   const auto body = character::Character::Load(character, v1::Physics());
   if (!body.ok()) {
     absl::PrintF("%s\n", body.status().message());

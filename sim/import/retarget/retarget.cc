@@ -20,6 +20,9 @@
 namespace sinew::import {
 namespace {
 
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
 // Drift of a source quaternion's norm that is worth a word.
 constexpr double kDriftWarning = 0.01;
 // Name of maps that nobody has looked at.
@@ -60,6 +63,30 @@ absl::StatusOr<v1::SkeletonMap> ChooseMap(const SourceClip& clip,
   return draft;
 }
 
+// From joint angles to poses on the floor: limbs where the source has them,
+// then the floor under them, then feet that stay. Returns the support.
+std::vector<bool> PlacePoses(const RoleTrack& track, const BodyMap& map,
+                             Dynamics* dynamics, Retargeted* result) {
+  ModelMotion& motion = result->motion;
+  ScaledSource& scaled = result->source_joints;
+  scaled = ScaleSource(track, map, motion, dynamics);
+  PoseFitOptions in_the_air;  // the floor is not yet known
+  in_the_air.penetration = 0;
+  in_the_air.iterations = 3;
+  const std::vector<std::vector<Lock>> no_locks(motion.frames());
+  motion = FitPoses(track, map, scaled, no_locks, motion, dynamics, in_the_air);
+  const std::vector<VectorXd> before = motion.qpos;
+  std::vector<bool> supported = PlaceOnFloor(dynamics, &motion);
+  for (int t = 0; t < motion.frames(); ++t) {
+    const Vector3d moved =
+        motion.qpos[t].head<3>() - before[t].head<3>();
+    for (Vector3d& place : scaled[t]) place += moved;
+  }
+  motion = FitPoses(track, map, scaled, FindLocks(supported, motion, dynamics),
+                    motion, dynamics);
+  return supported;
+}
+
 }  // namespace
 
 absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
@@ -87,11 +114,7 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   result.seam_max_rad = track.seam_max_rad;
   result.source_parents = track.parent;
   Dynamics dynamics(model);
-  const std::vector<bool> supported = PlaceOnFloor(&dynamics, &result.motion);
-  result.source_joints = ScaleSource(track, map, result.motion, &dynamics);
-  result.motion = FitPoses(
-      track, map, result.source_joints,
-      FindLocks(supported, result.motion, &dynamics), result.motion, &dynamics);
+  const std::vector<bool> supported = PlacePoses(track, map, &dynamics, &result);
   Settle(options, supported, &dynamics, &result);
   v1::ClipQuality& quality = result.quality;
   const JointFitError fit =

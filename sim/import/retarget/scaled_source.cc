@@ -75,11 +75,17 @@ ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
                          const ModelMotion& motion, Dynamics* dynamics) {
   const std::vector<Placing> placings =
       Placings(track, map, motion, dynamics);
+  const int left = track.Find("left_hip"), right = track.Find("right_hip");
+  const RolePoint& left_hip = map.points[map.FindPoint(left)];
+  const RolePoint& right_hip = map.points[map.FindPoint(right)];
   ScaledSource scaled;
   for (int t = 0; t < motion.frames(); ++t) {
     dynamics->SetPose(motion.qpos[t]);
     std::vector<Vector3d>& places = scaled.emplace_back();
     const std::vector<Vector3d>& source = track.position[t];
+    const Vector3d hips = (PointPlace(map, left_hip, *dynamics) +
+                           PointPlace(map, right_hip, *dynamics)) /
+                          2;
     for (size_t role = 0; role < placings.size(); ++role) {
       const Placing& placing = placings[role];
       const int above = placing.limb >= 0 ? placing.limb : track.parent[role];
@@ -87,6 +93,12 @@ ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
         places.push_back(places[above] +
                          placing.length *
                              (source[role] - source[above]).normalized());
+        if (absl::EndsWith(track.roles[role], "_wrist")) {
+          const Vector3d from_hips =
+              hips + map.scale * (source[role] -
+                                  (source[left] + source[right]) / 2);
+          places.back() += kHandShare * (from_hips - places.back());
+        }
       } else if (placing.foot >= 0) {
         const MappedBody& foot = map.bodies[placing.foot];
         places.push_back(places[foot.role] +
