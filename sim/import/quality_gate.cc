@@ -35,7 +35,7 @@ constexpr QualityLimit kLimits[] = {
      [](const Quality& q) { return q.joint_fit_mean_rad(); }},
     {"angles beyond joint limits", "%", 100, 10, 60,
      [](const Quality& q) { return q.joint_limit_violation_share(); }},
-    {"foot skate", "cm/s", 100, 10, 100,
+    {"foot skate", "cm/s", 100, 15, 100,
      [](const Quality& q) { return q.foot_skate_m_per_s(); }},
     {"largest depth of a body in another", "cm", 100, 4, kNever,
      [](const Quality& q) { return q.self_penetration_max_m(); }},
