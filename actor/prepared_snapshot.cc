@@ -55,8 +55,8 @@ absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
   SINEW_RETURN_IF_ERROR(CheckWidth("input", found.observation,
                                    task.observation_width(),
                                    found.observation_width));
-  SINEW_RETURN_IF_ERROR(CheckWidth("tap", found.action, task.action_width(),
-                                   found.action_width));
+  SINEW_RETURN_IF_ERROR(
+      CheckWidth("tap", found.action, task.action_width(), found.action_width));
   PolicyPorts ports;
   ports.observation = std::move(found.observation);
   ports.noise = std::move(found.noise);

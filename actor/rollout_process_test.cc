@@ -37,8 +37,8 @@ std::vector<std::string> RunElsewhere(const RolloutRig& rig,
   for (const auto& [name, bytes] : files) {
     EXPECT_THAT(WriteFileAtomically(JoinPath(folder, name), bytes), IsOk());
   }
-  const auto child = Subprocess::Start(
-      {.argv = {kProgram, folder, absl::StrCat(threads)}});
+  const auto child =
+      Subprocess::Start({.argv = {kProgram, folder, absl::StrCat(threads)}});
   EXPECT_THAT(child, IsOk());
   const auto status = (*child)->Wait(absl::Minutes(2));
   EXPECT_THAT(status, IsOk());

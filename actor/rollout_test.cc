@@ -59,15 +59,15 @@ TEST(TrainRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
 }
 
 // Fills every array of numbers that MuJoCo's data has with nonsense.
-void Scribble(const mjModel* model, const mjData& data) {
+void Scribble(const mjModel* model, const mjData& data){
 #undef MJ_M  // of mjxmacro.h: sizes as they are named
 #define MJ_M(field) model->field
-#define X(type, name, rows, columns)                                       \
-  if constexpr (std::is_same_v<type, mjtNum>) {                            \
-    std::memset(data.name, 0x7f, sizeof(type) * model->rows * (columns));  \
+#define X(type, name, rows, columns)                                      \
+  if constexpr (std::is_same_v<type, mjtNum>) {                           \
+    std::memset(data.name, 0x7f, sizeof(type) * model->rows * (columns)); \
   }
 #define XNV X
-  MJDATA_POINTERS
+    MJDATA_POINTERS
 #undef XNV
 #undef X
 #undef MJ_M

@@ -121,9 +121,8 @@ TEST(CpuClass, AgreesWithTheKernelsFlags) {
 TEST(HasBfloat16Products, AgreesWithTheKernelsFlags) {
   const std::vector<std::string> flags = KernelFlags();
 
-  EXPECT_EQ(HasBfloat16Products(),
-            std::find(flags.begin(), flags.end(), "avx512_bf16") !=
-                flags.end());
+  EXPECT_EQ(HasBfloat16Products(), std::find(flags.begin(), flags.end(),
+                                             "avx512_bf16") != flags.end());
 }
 
 }  // namespace

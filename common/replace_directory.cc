@@ -17,10 +17,10 @@ namespace {
 
 absl::Status Error(const std::string& from, const std::string& to) {
   const int error = errno;
-  return absl::Status(absl::ErrnoToStatusCode(error),
-                      absl::StrCat("cannot put ", from, " in the place of ", to,
-                                   ": ",
-                                   std::generic_category().message(error)));
+  return absl::Status(
+      absl::ErrnoToStatusCode(error),
+      absl::StrCat("cannot put ", from, " in the place of ", to, ": ",
+                   std::generic_category().message(error)));
 }
 
 absl::Status Rename(const std::string& from, const std::string& to) {

@@ -19,9 +19,9 @@ using ::testing::HasSubstr;
 
 // A fresh folder that holds the folder "new" with one file.
 std::string MakeFolders() {
-  const std::string folder = JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const std::string folder =
+      JoinPath(::testing::TempDir(),
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
   EXPECT_THAT(RemoveRecursively(folder), IsOk());
   EXPECT_THAT(MakeDirectories(JoinPath(folder, "new")), IsOk());
   EXPECT_THAT(WriteFileAtomically(JoinPath(folder, "new/a"), "new"), IsOk());
@@ -31,9 +31,8 @@ std::string MakeFolders() {
 TEST(ReplaceDirectory, MovesToAFreeName) {
   const std::string folder = MakeFolders();
 
-  EXPECT_THAT(
-      ReplaceDirectory(JoinPath(folder, "new"), JoinPath(folder, "to")),
-      IsOk());
+  EXPECT_THAT(ReplaceDirectory(JoinPath(folder, "new"), JoinPath(folder, "to")),
+              IsOk());
 
   EXPECT_THAT(ReadFile(JoinPath(folder, "to/a")), IsOkAndHolds("new"));
   EXPECT_THAT(ListDirectory(folder), IsOkAndHolds(ElementsAre("to")));
@@ -45,9 +44,8 @@ TEST(ReplaceDirectory, ReplacesAFolderWithAllThatItHeld) {
   ASSERT_THAT(WriteFileAtomically(JoinPath(folder, "to/deep/b"), "old"),
               IsOk());
 
-  EXPECT_THAT(
-      ReplaceDirectory(JoinPath(folder, "new"), JoinPath(folder, "to")),
-      IsOk());
+  EXPECT_THAT(ReplaceDirectory(JoinPath(folder, "new"), JoinPath(folder, "to")),
+              IsOk());
 
   EXPECT_THAT(ListDirectory(JoinPath(folder, "to")),
               IsOkAndHolds(ElementsAre("a")));

@@ -182,11 +182,10 @@ TEST(Subprocess, TerminatesAChildThatListens) {
 
 TEST(Subprocess, KillsAChildThatDoesNotListenAndWhatItStarted) {
   Fifo output;
-  const auto child =
-      StartOrDie({.argv = {"sh", "-c",
-                           "trap '' TERM; echo deaf; "
-                           "while :; do sleep 1000; done"},
-                  .output_file = output.path()});
+  const auto child = StartOrDie({.argv = {"sh", "-c",
+                                          "trap '' TERM; echo deaf; "
+                                          "while :; do sleep 1000; done"},
+                                 .output_file = output.path()});
   ASSERT_TRUE(output.AwaitData());
 
   EXPECT_EQ(child->Terminate(absl::Milliseconds(1)).signal, SIGKILL);

@@ -20,8 +20,6 @@ absl::StatusOr<std::unique_ptr<TemporaryFolder>> TemporaryFolder::Create() {
   return std::unique_ptr<TemporaryFolder>(new TemporaryFolder(path));
 }
 
-TemporaryFolder::~TemporaryFolder() {
-  RemoveRecursively(path_).IgnoreError();
-}
+TemporaryFolder::~TemporaryFolder() { RemoveRecursively(path_).IgnoreError(); }
 
 }  // namespace sinew

@@ -21,10 +21,10 @@ ReplayMetrics::ReplayMetrics(metrics::Registry& registry)
                                     "Bound of the table in bytes.")),
       writers_waiting(registry.AddGauge(
           "sinew_writers_waiting", "Writers that wait for room right now.")),
-      blocked_seconds(registry.AddCounter(
-          "sinew_stage_seconds_total",
-          "Seconds spent by stage, summed over threads.",
-          {{"stage", "blocked"}})) {
+      blocked_seconds(
+          registry.AddCounter("sinew_stage_seconds_total",
+                              "Seconds spent by stage, summed over threads.",
+                              {{"stage", "blocked"}})) {
   for (int verdict = Response::VERDICT_DUPLICATE;
        verdict <= Response::Verdict_MAX; ++verdict) {
     const std::string name =

@@ -48,10 +48,10 @@ int64_t RowBytes(const v1::SegmentLayout::Column& column) {
 absl::Status CheckLayout(const Expectation& expectation) {
   const std::string found = LayoutSha256(*expectation.layout);
   if (found != expectation.expected.layout_sha256()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "open order ", expectation.expected.order_id(),
-        ": layout_sha256: expected that of the layout, ", found, ", found \"",
-        expectation.expected.layout_sha256(), "\""));
+    return absl::InvalidArgumentError(
+        absl::StrCat("open order ", expectation.expected.order_id(),
+                     ": layout_sha256: expected that of the layout, ", found,
+                     ", found \"", expectation.expected.layout_sha256(), "\""));
   }
   for (const auto& column : expectation.layout->columns()) {
     int64_t product = 1;
@@ -102,11 +102,10 @@ std::optional<std::string> NonFiniteField(const v1::Segment& segment) {
 
 bool ColumnsAreFinite(const v1::Segment& segment) {
   for (const v1::Tensor& column : segment.columns()) {
-    const bool finite = column.dtype() == v1::DATA_TYPE_FLOAT32
-                            ? AllFinite32(column.data())
-                        : column.dtype() == v1::DATA_TYPE_FLOAT64
-                            ? AllFinite64(column.data())
-                            : true;
+    const bool finite =
+        column.dtype() == v1::DATA_TYPE_FLOAT32   ? AllFinite32(column.data())
+        : column.dtype() == v1::DATA_TYPE_FLOAT64 ? AllFinite64(column.data())
+                                                  : true;
     if (!finite) return false;
   }
   return true;
@@ -151,9 +150,8 @@ std::optional<std::string> WrongColumns(const Expectation& expectation,
                           segment.layout_sha256())) {
     return text;
   }
-  const absl::Status status =
-      CheckColumns(segment, *expectation.layout, expected.steps(),
-                   expected.environments());
+  const absl::Status status = CheckColumns(
+      segment, *expectation.layout, expected.steps(), expected.environments());
   if (!status.ok()) return std::string(status.message());
   return std::nullopt;
 }

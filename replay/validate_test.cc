@@ -52,8 +52,8 @@ TEST(Judge, RefusesBytesThatDoNotParse) {
   v1::Segment parsed;
   const std::string bytes = MakeSegmentBytes(7);
 
-  const Response response = Judge(
-      MakeExpectation(7), bytes.substr(0, bytes.size() / 2), parsed);
+  const Response response =
+      Judge(MakeExpectation(7), bytes.substr(0, bytes.size() / 2), parsed);
 
   EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
   EXPECT_THAT(response.detail(), HasSubstr("do not parse"));

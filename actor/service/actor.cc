@@ -46,8 +46,8 @@ absl::StatusOr<std::unique_ptr<Actor>> Actor::Create(Options options,
                                                      Engine& engine,
                                                      ActorMetrics& metrics) {
   if (options.threads < 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "actor threads: expected >= 1, found ", options.threads));
+    return absl::InvalidArgumentError(
+        absl::StrCat("actor threads: expected >= 1, found ", options.threads));
   }
   if (options.outbox_bytes < 1) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -55,8 +55,7 @@ absl::StatusOr<std::unique_ptr<Actor>> Actor::Create(Options options,
   }
   SINEW_RETURN_IF_ERROR(
       rpc::MakeChannel(options.dispatcher_address, options.security).status());
-  return std::unique_ptr<Actor>(
-      new Actor(std::move(options), engine, metrics));
+  return std::unique_ptr<Actor>(new Actor(std::move(options), engine, metrics));
 }
 
 Actor::Actor(Options options, Engine& engine, ActorMetrics& metrics)
@@ -92,9 +91,9 @@ absl::Status Actor::Run(const StopToken& stop) {
   absl::Status status = Serve(stop);
   if (status.ok()) status = fatal();
   // Nobody waits for the segments of a learner that is gone.
-  Finish(/*hand_back=*/stop.stop_requested() || !status.ok(),
-         connection() == nullptr ? absl::ZeroDuration()
-                                 : options_.drain_timeout);
+  Finish(
+      /*hand_back=*/stop.stop_requested() || !status.ok(),
+      connection() == nullptr ? absl::ZeroDuration() : options_.drain_timeout);
   return status;
 }
 
@@ -103,10 +102,9 @@ absl::Status Actor::Serve(const StopToken& stop) {
   absl::Duration left = options_.reconnect_timeout;
   CondVar::TimePoint deadline = After(left);
   while (true) {
-    absl::Status status =
-        Connect(std::min(options_.connect_timeout,
-                         std::max(left, kShortestConnect)),
-                stop);
+    absl::Status status = Connect(
+        std::min(options_.connect_timeout, std::max(left, kShortestConnect)),
+        stop);
     if (status.ok()) {
       backoff.Reset();
       status = Attend(stop);
@@ -129,10 +127,10 @@ absl::Status Actor::Serve(const StopToken& stop) {
 }
 
 absl::Status Actor::GaveUp(const absl::Status& last) const {
-  return absl::UnavailableError(absl::StrCat(
-      "no learner at ", options_.dispatcher_address, " for ",
-      absl::FormatDuration(options_.reconnect_timeout),
-      "; last error: ", last.message()));
+  return absl::UnavailableError(
+      absl::StrCat("no learner at ", options_.dispatcher_address, " for ",
+                   absl::FormatDuration(options_.reconnect_timeout),
+                   "; last error: ", last.message()));
 }
 
 absl::Status Actor::Connect(absl::Duration timeout, const StopToken& stop) {
@@ -148,9 +146,9 @@ absl::Status Actor::Connect(absl::Duration timeout, const StopToken& stop) {
   request.set_name(options_.name);
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<Connection> opened,
-      Connection::Open(
-          channel, absl::StrCat("dispatcher ", options_.dispatcher_address),
-          request, timeout, stop));
+      Connection::Open(channel,
+                       absl::StrCat("dispatcher ", options_.dispatcher_address),
+                       request, timeout, stop));
   const int want = Adopt(opened);
   SINEW_RETURN_IF_ERROR(UsePeers(opened->welcome(), stop));
   LogInfo("registered", {{"dispatcher", options_.dispatcher_address},
@@ -199,9 +197,8 @@ absl::Status Actor::UsePeers(const v1::DispatcherMessage::Welcome& welcome,
       std::shared_ptr<BlobSource> assets,
       PeerBlobs::Cached(checkpoint, fetch, options_.cache_folder,
                         options_.cache_bytes));
-  SINEW_ASSIGN_OR_RETURN(
-      std::shared_ptr<BlobSource> snapshots,
-      PeerBlobs::Direct(options_.dispatcher_address, fetch));
+  SINEW_ASSIGN_OR_RETURN(std::shared_ptr<BlobSource> snapshots,
+                         PeerBlobs::Direct(options_.dispatcher_address, fetch));
   inputs_.SetSources(std::move(assets), std::move(snapshots));
   SINEW_ASSIGN_OR_RETURN(std::shared_ptr<grpc::Channel> channel,
                          rpc::MakeChannel(replay, options_.security));

@@ -29,15 +29,15 @@ double EnvSteps(const v1::Order& order, const v1::Segment& segment) {
 ActorMetrics::ActorMetrics(metrics::Registry& registry)
     : stage_seconds(registry, {"simulate", "infer", "observe", "encode",
                                "fetch", "idle", "blocked", "send"}),
-      env_steps(registry.AddCounter("sinew_env_steps_total",
-                                    "Control steps taken.")),
+      env_steps(
+          registry.AddCounter("sinew_env_steps_total", "Control steps taken.")),
       physics_steps(registry.AddCounter("sinew_physics_steps_total",
                                         "Physics steps taken.")),
       diverged(registry.AddCounter(
           "sinew_simulations_diverged_total",
           "Simulations that became non-finite and were reset.")),
-      orders_taken(registry.AddCounter("sinew_orders_taken_total",
-                                       "Orders received.")),
+      orders_taken(
+          registry.AddCounter("sinew_orders_taken_total", "Orders received.")),
       orders_returned(registry.AddCounter("sinew_orders_returned_total",
                                           "Orders given back.")),
       reconnects(registry.AddCounter(
@@ -54,8 +54,8 @@ ActorMetrics::ActorMetrics(metrics::Registry& registry)
           "sinew_queue_bytes", "Bytes of segments that wait for a verdict.")),
       queue_limit_bytes(registry.AddGauge("sinew_queue_limit_bytes",
                                           "Bound of the queue in bytes.")),
-      orders_held(registry.AddGauge("sinew_orders_held",
-                                    "Orders waiting or running.")),
+      orders_held(
+          registry.AddGauge("sinew_orders_held", "Orders waiting or running.")),
       threads(registry.AddGauge("sinew_worker_threads", "Worker threads.")),
       accepted(registry.AddCounter("sinew_segments_accepted_total",
                                    "Segments that replay accepted.")) {

@@ -10,10 +10,9 @@ constexpr size_t kMost = 8;
 }  // namespace
 
 AppliedVersions::Entry* AppliedVersions::Find(int64_t version) {
-  const auto found =
-      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-        return entry.version == version;
-      });
+  const auto found = std::find_if(
+      entries_.begin(), entries_.end(),
+      [&](const Entry& entry) { return entry.version == version; });
   return found == entries_.end() ? nullptr : &*found;
 }
 

@@ -28,9 +28,9 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::Bytes;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::Bytes;
 using testing::RolloutRig;
 
 class EndToEndTest : public ::testing::Test {
@@ -52,9 +52,8 @@ class EndToEndTest : public ::testing::Test {
     auto actor = Actor::Create(options, engine_, metrics_);
     ASSERT_THAT(actor, IsOk());
     actor_ = *std::move(actor);
-    running_ = std::async(std::launch::async, [this] {
-      return actor_->Run(stop_.get_token());
-    });
+    running_ = std::async(std::launch::async,
+                          [this] { return actor_->Run(stop_.get_token()); });
   }
 
   absl::Status StopAndEnd() {
@@ -165,12 +164,11 @@ TEST_F(EndToEndTest, AnOrderOfAnotherLayoutIsRefusedInClearText) {
 
   learner_.dispatcher().Add(order);
 
-  EXPECT_THAT(
-      running_.get(),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               HasSubstr(absl::StrCat("order 1 field layout_sha256: expected ",
-                                      rig_.assets->layout_sha256(),
-                                      ", found other"))));
+  EXPECT_THAT(running_.get(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr(absl::StrCat(
+                           "order 1 field layout_sha256: expected ",
+                           rig_.assets->layout_sha256(), ", found other"))));
   EXPECT_THAT(learner_.dispatcher().returned(), ElementsAre(1));
 }
 
@@ -181,10 +179,10 @@ TEST_F(EndToEndTest, ASnapshotThatIsNoneIsRefusedByItsDigest) {
 
   learner_.dispatcher().Add(order);
 
-  EXPECT_THAT(running_.get(),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr(absl::StrCat("snapshot ",
-                                              order.snapshot_sha256()))));
+  EXPECT_THAT(
+      running_.get(),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr(absl::StrCat("snapshot ", order.snapshot_sha256()))));
 }
 
 }  // namespace

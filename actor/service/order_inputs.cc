@@ -29,9 +29,9 @@ absl::StatusOr<Blob> OrderInputs::Fetch(BlobSource& source,
   const auto start = std::chrono::steady_clock::now();
   absl::StatusOr<Blob> blob = source.GetBlob(sha256);
   metrics_.stage_seconds.Add(
-      "fetch", std::chrono::duration<double>(
-                   std::chrono::steady_clock::now() - start)
-                   .count());
+      "fetch",
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count());
   return blob;
 }
 
@@ -67,8 +67,8 @@ absl::StatusOr<Engine::SnapshotPtr> OrderInputs::LoadSnapshot(
   const absl::StatusOr<Blob> blob =
       Fetch(*from.snapshots, order.snapshot_sha256());
   if (!blob.ok()) {
-    return rpc::Annotate(
-        blob.status(), absl::StrCat("snapshot ", order.snapshot_version()));
+    return rpc::Annotate(blob.status(),
+                         absl::StrCat("snapshot ", order.snapshot_version()));
   }
   return engine_.LoadSnapshot(**blob, order.snapshot_sha256(), assets);
 }

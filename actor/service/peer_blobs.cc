@@ -31,9 +31,9 @@ absl::StatusOr<std::shared_ptr<BlobSource>> PeerBlobs::Direct(
   SINEW_ASSIGN_OR_RETURN(std::shared_ptr<grpc::Channel> channel,
                          rpc::MakeChannel(address, options.security));
   return std::make_shared<BlobClient>(
-      std::move(channel), BlobClient::Options{.peer = address,
-                                              .backoff = options.backoff,
-                                              .stop = options.stop});
+      std::move(channel),
+      BlobClient::Options{
+          .peer = address, .backoff = options.backoff, .stop = options.stop});
 }
 
 absl::StatusOr<std::shared_ptr<BlobSource>> PeerBlobs::Cached(

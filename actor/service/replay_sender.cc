@@ -94,9 +94,9 @@ absl::Status ReplaySender::Stream(const Peer& peer,
     const bool sent =
         stream.Write(segment->run_id, segment->order_id, segment->bytes);
     metrics_.stage_seconds.Add(
-        "send", std::chrono::duration<double>(
-                    std::chrono::steady_clock::now() - start)
-                    .count());
+        "send",
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+            .count());
     if (!sent) break;
     watchdog.Feed();
   }

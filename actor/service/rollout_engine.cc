@@ -56,14 +56,13 @@ absl::StatusOr<Engine::AssetsPtr> RolloutEngine::LoadAssets(
   }
   auto assets = std::make_shared<RealAssets>();
   SINEW_ASSIGN_OR_RETURN(
-      assets->assets, RolloutAssets::Create(bytes[0], bytes[1], bytes[2],
-                                            bytes[3], bytes[4]));
+      assets->assets,
+      RolloutAssets::Create(bytes[0], bytes[1], bytes[2], bytes[3], bytes[4]));
   return assets;
 }
 
 absl::StatusOr<Engine::SnapshotPtr> RolloutEngine::LoadSnapshot(
-    const std::string& bytes, const std::string& sha256,
-    const Assets& assets) {
+    const std::string& bytes, const std::string& sha256, const Assets& assets) {
   v1::Snapshot message;
   if (!message.ParseFromString(bytes)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -73,7 +72,7 @@ absl::StatusOr<Engine::SnapshotPtr> RolloutEngine::LoadSnapshot(
   SINEW_ASSIGN_OR_RETURN(
       snapshot->snapshot,
       PreparedSnapshot::Create(message, sha256,
-                      *static_cast<const RealAssets&>(assets).assets));
+                               *static_cast<const RealAssets&>(assets).assets));
   return snapshot;
 }
 

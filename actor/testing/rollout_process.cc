@@ -49,8 +49,8 @@ absl::StatusOr<Inputs> ReadInputs(const std::string& folder) {
     return absl::InvalidArgumentError("order or snapshot does not parse");
   }
   SINEW_ASSIGN_OR_RETURN(
-      inputs.assets, RolloutAssets::Create(bytes[0], bytes[1], bytes[2],
-                                           bytes[3], bytes[4]));
+      inputs.assets,
+      RolloutAssets::Create(bytes[0], bytes[1], bytes[2], bytes[3], bytes[4]));
   SINEW_ASSIGN_OR_RETURN(
       inputs.snapshot,
       PreparedSnapshot::Create(snapshot, Sha256Hex(bytes[6]), *inputs.assets));

@@ -37,8 +37,8 @@ absl::Status BlobClient::Receive(const std::string& sha256,
   }
   SINEW_RETURN_IF_ERROR(rpc::FromGrpc(reader->Finish(), options_.peer));
   if (payload.complete()) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat("truncated after ",
-                                          payload.received_bytes(), " bytes"));
+  return absl::DataLossError(
+      absl::StrCat("truncated after ", payload.received_bytes(), " bytes"));
 }
 
 absl::StatusOr<Blob> BlobClient::GetBlob(const std::string& sha256) {
@@ -48,14 +48,14 @@ absl::StatusOr<Blob> BlobClient::GetBlob(const std::string& sha256) {
   }
   const std::string name = absl::StrCat(options_.peer, ": blob ", sha256);
   rpc::ChunkAssembler payload(options_.max_bytes);
-  SINEW_RETURN_IF_ERROR(rpc::Annotate(
-      rpc::Retry(
-          options_.backoff, options_.attempts,
-          [&](absl::Duration wait) {
-            return rpc::WaitFor(wait, options_.stop);
-          },
-          [&] { return Receive(sha256, payload); }),
-      name));
+  SINEW_RETURN_IF_ERROR(
+      rpc::Annotate(rpc::Retry(
+                        options_.backoff, options_.attempts,
+                        [&](absl::Duration wait) {
+                          return rpc::WaitFor(wait, options_.stop);
+                        },
+                        [&] { return Receive(sha256, payload); }),
+                    name));
   auto bytes = std::make_shared<const std::string>(payload.Release());
   const std::string found = Sha256Hex(*bytes);
   if (found != sha256) {

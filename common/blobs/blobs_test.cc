@@ -162,8 +162,8 @@ TEST(BlobClient, FetchesEmptySmallAndLargeBlobs) {
   BlobRing ring(int64_t{1} << 30);
   Served served(ring);
 
-  for (const std::string& bytes : {std::string(), std::string("x"),
-                                   LargeBytes()}) {
+  for (const std::string& bytes :
+       {std::string(), std::string("x"), LargeBytes()}) {
     const auto sha256 = ring.Put(bytes);
     EXPECT_THAT(served.client->GetBlob(*sha256), IsOkAndHolds(Pointee(bytes)));
   }

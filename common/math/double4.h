@@ -36,11 +36,10 @@ inline SinCos4 AddQuarters(SinCos4 of, Double4 quarter) {
   const Word4 cos_sign = ((count + Word4(1)) & Word4(2)) << Word4(62);
   const Double4 sin = odd ? of.cos : of.sin;
   const Double4 cos = odd ? of.sin : of.cos;
-  return {
-      .sin = __builtin_bit_cast(Double4,
-                                __builtin_bit_cast(Word4, sin) ^ sin_sign),
-      .cos = __builtin_bit_cast(Double4,
-                                __builtin_bit_cast(Word4, cos) ^ cos_sign)};
+  return {.sin = __builtin_bit_cast(Double4,
+                                    __builtin_bit_cast(Word4, sin) ^ sin_sign),
+          .cos = __builtin_bit_cast(Double4,
+                                    __builtin_bit_cast(Word4, cos) ^ cos_sign)};
 }
 
 // Sine and cosine of x, |x| <= 1e6, off by less than 1e-15: quarter turns are
@@ -59,14 +58,12 @@ inline SinCos4 SinCos(Double4 x) {
   const Double4 z = r * r;
   Double4 sin = Splat4(1.0 / 355687428096000);
   Double4 cos = Splat4(1.0 / 20922789888000);
-  constexpr double kSin[] = {-1.0 / 1307674368000, 1.0 / 6227020800,
-                             -1.0 / 39916800,      1.0 / 362880,
-                             -1.0 / 5040,          1.0 / 120,
-                             -1.0 / 6};
-  constexpr double kCos[] = {-1.0 / 87178291200, 1.0 / 479001600,
-                             -1.0 / 3628800,     1.0 / 40320,
-                             -1.0 / 720,         1.0 / 24,
-                             -1.0 / 2};
+  constexpr double kSin[] = {
+      -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880,
+      -1.0 / 5040,          1.0 / 120,        -1.0 / 6};
+  constexpr double kCos[] = {
+      -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800, 1.0 / 40320,
+      -1.0 / 720,         1.0 / 24,        -1.0 / 2};
 #pragma clang loop unroll(full)
   for (int i = 0; i < 7; ++i) {
     sin = __builtin_elementwise_fma(sin, z, Splat4(kSin[i]));
@@ -87,9 +84,9 @@ inline Double4 AngleOf(Double4 x, Double4 y) {
   const auto high = x <= y * kTanEighth;
   const Double4 numerator = low ? y : (high ? -x : y - x);
   const Double4 denominator = low ? x : (high ? y : y + x);
-  const Double4 base =
-      low ? Splat4(0)
-          : (high ? Splat4(std::numbers::pi / 2) : Splat4(std::numbers::pi / 4));
+  const Double4 base = low ? Splat4(0)
+                           : (high ? Splat4(std::numbers::pi / 2)
+                                   : Splat4(std::numbers::pi / 4));
   const Double4 t = numerator / denominator;
   const Double4 z = t * t;
   Double4 series = Splat4(-1.0 / 31);

@@ -41,8 +41,7 @@ TEST(AngleOf, IsAsExactAsItSaysAllOverTheQuadrant) {
     const double x = 0.7 * std::cos(angle);
     const double y = 0.7 * std::sin(angle);
     const double exact = std::atan2(y, x);
-    const double error =
-        std::abs(AngleOf(Splat4(x), Splat4(y))[lane] - exact);
+    const double error = std::abs(AngleOf(Splat4(x), Splat4(y))[lane] - exact);
     worst = std::max(worst, exact == 0 ? error : error / exact);
   });
   EXPECT_LT(worst, 4e-14);

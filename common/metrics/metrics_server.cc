@@ -25,10 +25,10 @@ absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(
     exposer = std::make_unique<prometheus::Exposer>(std::vector<std::string>{
         "listening_ports", rpc::AddressString(parsed), "num_threads", "2"});
   } catch (const std::exception& error) {
-    return absl::AlreadyExistsError(absl::StrCat(
-        "cannot serve metrics on ", address,
-        ": the port is in use or the address is not ours (", error.what(),
-        ")"));
+    return absl::AlreadyExistsError(
+        absl::StrCat("cannot serve metrics on ", address,
+                     ": the port is in use or the address is not ours (",
+                     error.what(), ")"));
   }
   for (const auto& collectable : registry.collectables()) {
     exposer->RegisterCollectable(collectable);

@@ -74,10 +74,9 @@ void AddStat(std::vector<MetricFamily>& out) {
   // 22, vsize 23, rss 24.
   const double ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
   const double page = static_cast<double>(sysconf(_SC_PAGESIZE));
-  out.push_back(Single("process_cpu_seconds_total",
-                       "User and system CPU time spent, seconds.",
-                       MetricType::Counter,
-                       ((*stat)[11] + (*stat)[12]) / ticks));
+  out.push_back(Single(
+      "process_cpu_seconds_total", "User and system CPU time spent, seconds.",
+      MetricType::Counter, ((*stat)[11] + (*stat)[12]) / ticks));
   out.push_back(Single("process_threads", "Threads of the process.",
                        MetricType::Gauge, (*stat)[17]));
   out.push_back(Single("process_virtual_memory_bytes", "Virtual memory, bytes.",

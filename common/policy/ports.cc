@@ -11,9 +11,8 @@ namespace {
 
 absl::Status Error(const v1::Graph& graph, absl::string_view expected,
                    absl::string_view found) {
-  return absl::InvalidArgumentError(absl::StrCat("graph \"", graph.name(),
-                                                 "\": expected ", expected,
-                                                 ", found ", found));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "graph \"", graph.name(), "\": expected ", expected, ", found ", found));
 }
 
 absl::Status FindInputs(const v1::Graph& graph, Ports& ports) {

@@ -48,11 +48,11 @@ Double4 UpperBits(Word4 words) {
 Double4 Log(Double4 x) {
   constexpr uint64_t kMantissa = (uint64_t{1} << 52) - 1;
   const Word4 bits = __builtin_bit_cast(Word4, x);
-  Double4 exponent = __builtin_bit_cast(
-      Double4, (bits >> Word4(52)) | Word4(kBitsOfTwoTo52));
+  Double4 exponent =
+      __builtin_bit_cast(Double4, (bits >> Word4(52)) | Word4(kBitsOfTwoTo52));
   exponent -= 0x1p52 + 1023;
-  Double4 m = __builtin_bit_cast(
-      Double4, (bits & Word4(kMantissa)) | Word4(kBitsOfOne));
+  Double4 m = __builtin_bit_cast(Double4,
+                                 (bits & Word4(kMantissa)) | Word4(kBitsOfOne));
   const auto large = m > Splat4(std::numbers::sqrt2);
   m = large ? m * 0.5 : m;
   exponent = large ? exponent + 1 : exponent;

@@ -41,9 +41,8 @@ TEST(ForEachChunk, StopsWhenTheReceiverIsGone) {
   const std::string bytes(3 * kChunkBytes, 'x');
   int sent = 0;
 
-  EXPECT_FALSE(ForEachChunk(bytes, 0, [&](absl::string_view, bool) {
-    return ++sent < 2;
-  }));
+  EXPECT_FALSE(ForEachChunk(
+      bytes, 0, [&](absl::string_view, bool) { return ++sent < 2; }));
   EXPECT_EQ(sent, 2);
 }
 

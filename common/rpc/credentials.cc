@@ -5,7 +5,6 @@
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 
-
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
@@ -45,9 +44,9 @@ absl::StatusOr<Certificate> ReadCertificate(const std::string& path) {
 
 absl::StatusOr<Key> ReadKey(const std::string& path) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMaxPemBytes));
-  Key key(PEM_read_bio_PrivateKey(MemoryBio(text).get(), nullptr, nullptr,
-                                  nullptr),
-          &EVP_PKEY_free);
+  Key key(
+      PEM_read_bio_PrivateKey(MemoryBio(text).get(), nullptr, nullptr, nullptr),
+      &EVP_PKEY_free);
   if (key == nullptr) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": expected a PEM private key without password"));
@@ -69,9 +68,9 @@ absl::Status CheckFiles(const Security& security) {
   SINEW_ASSIGN_OR_RETURN(const Key key, ReadKey(security.key_file));
   SINEW_RETURN_IF_ERROR(ReadCertificate(security.authority_file).status());
   if (X509_check_private_key(certificate.get(), key.get()) != 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(security.key_file, ": not the private key of ",
-                     security.certificate_file));
+    return absl::InvalidArgumentError(absl::StrCat(security.key_file,
+                                                   ": not the private key of ",
+                                                   security.certificate_file));
   }
   return absl::OkStatus();
 }

@@ -37,11 +37,10 @@ bool SomebodyListens(const std::string& path) {
 }
 
 absl::Status InUse(const Address& address) {
-  return absl::AlreadyExistsError(
-      absl::StrCat("cannot listen on ", AddressString(address),
-                   address.is_unix()
-                       ? ": another process does, or the folder is missing"
-                       : ": the port is in use or the address is not ours"));
+  return absl::AlreadyExistsError(absl::StrCat(
+      "cannot listen on ", AddressString(address),
+      address.is_unix() ? ": another process does, or the folder is missing"
+                        : ": the port is in use or the address is not ours"));
 }
 
 void Configure(const Server::Options& options, grpc::ServerBuilder& builder) {
@@ -52,8 +51,8 @@ void Configure(const Server::Options& options, grpc::ServerBuilder& builder) {
   builder.SetMaxSendMessageSize(kMaxMessageBytes);
   // Otherwise two servers may share a port without noticing.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             15'000);
+  builder.AddChannelArgument(
+      GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 15'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);

@@ -22,10 +22,10 @@ absl::Status MirrorColumn(const RowMirror& mirror, v1::Tensor& column) {
   const size_t bytes = sizeof(float) * width;
   if (column.dtype() != v1::DATA_TYPE_FLOAT32 || found != width ||
       column.data().size() % bytes != 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "segment column ", column.name(), ": expected float32 rows of ", width,
-        " to mirror, found ", v1::DataType_Name(column.dtype()), " rows of ",
-        found));
+    return absl::InvalidArgumentError(
+        absl::StrCat("segment column ", column.name(),
+                     ": expected float32 rows of ", width, " to mirror, found ",
+                     v1::DataType_Name(column.dtype()), " rows of ", found));
   }
   auto* values = reinterpret_cast<float*>(column.mutable_data()->data());
   const size_t rows = column.data().size() / bytes;
@@ -62,9 +62,8 @@ absl::Status CheckRowMirror(const RowMirror& mirror) {
     }
   }
   if (sizes) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("mirror: expected ", width, " signs, found ",
-                   mirror.sign.size()));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "mirror: expected ", width, " signs, found ", mirror.sign.size()));
 }
 
 absl::StatusOr<v1::Segment> MirrorSegment(const v1::Segment& segment,

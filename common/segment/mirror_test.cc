@@ -41,8 +41,7 @@ SegmentMirror MakeMirror() {
 
 v1::Segment MakeSegment() {
   v1::Segment segment;
-  AddFloats(segment, column::kObservation, {2, 1, 4},
-            {1, 2, 3, 4, 5, 6, 7, 8});
+  AddFloats(segment, column::kObservation, {2, 1, 4}, {1, 2, 3, 4, 5, 6, 7, 8});
   AddFloats(segment, column::kAction, {2, 1, 2}, {1, 2, 3, 4});
   AddFloats(segment, column::kReward, {2, 1}, {0.5, 0.25});
   AddFloats(segment, column::kTruncationObservation, {0, 4}, {});

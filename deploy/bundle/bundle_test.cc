@@ -84,8 +84,7 @@ std::vector<std::string> FilesOf(const std::string& directory) {
   for (const auto& entry :
        std::filesystem::recursive_directory_iterator(directory)) {
     if (!entry.is_regular_file()) continue;
-    files.push_back(
-        entry.path().lexically_relative(directory).string());
+    files.push_back(entry.path().lexically_relative(directory).string());
   }
   return files;
 }
@@ -146,12 +145,12 @@ TEST(Bundle, RefusesAFlippedBitInAnyFile) {
       flipped[at] ^= 1;
       ASSERT_THAT(WriteFileAtomically(path, flipped), IsOk());
 
-      EXPECT_THAT(ReadBundle(directory),
-                  AllOf(Not(IsOk()),
-                        AnyOf(StatusIs(absl::StatusCode::kDataLoss,
-                                       HasSubstr(path)),
-                              StatusIs(absl::StatusCode::kInvalidArgument,
-                                       HasSubstr(path)))))
+      EXPECT_THAT(
+          ReadBundle(directory),
+          AllOf(Not(IsOk()),
+                AnyOf(StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)),
+                      StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr(path)))))
           << file << " at " << at;
     }
     ASSERT_THAT(WriteFileAtomically(path, whole), IsOk());
@@ -184,8 +183,8 @@ TEST(Bundle, NamesAnyFileThatIsMissing) {
     const std::string whole = *ReadFile(path);
     ASSERT_THAT(RemoveRecursively(path), IsOk());
 
-    EXPECT_THAT(ReadBundle(directory), StatusIs(absl::StatusCode::kNotFound,
-                                                HasSubstr(file)));
+    EXPECT_THAT(ReadBundle(directory),
+                StatusIs(absl::StatusCode::kNotFound, HasSubstr(file)));
 
     ASSERT_THAT(WriteFileAtomically(path, whole), IsOk());
   }
@@ -215,8 +214,8 @@ TEST(Bundle, RefusesANewerVersionByNumber) {
   const std::string directory = WriteToy();
   const std::string path = JoinPath(directory, kManifestFile);
   const std::string newer = absl::StrReplaceAll(
-      *ReadFile(path), {{"\"format_version\": 1,",
-                         "\"format_version\": 2, \"tomorrow\": 3,"}});
+      *ReadFile(path),
+      {{"\"format_version\": 1,", "\"format_version\": 2, \"tomorrow\": 3,"}});
   ASSERT_THAT(WriteFileAtomically(path, newer), IsOk());
 
   EXPECT_THAT(
@@ -271,13 +270,13 @@ TEST(Bundle, RefusesAManifestWithOtherWidths) {
 }
 
 TEST(Bundle, RefusesALayoutThatTheNetworkDoesNotHave) {
-  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
-                manifest.mutable_task()->mutable_observation()->add_frames_ahead(
-                    4);
-                *manifest.mutable_observation() = manifest.task().observation();
-              }),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("observation_width: expected")));
+  EXPECT_THAT(
+      ReadEdited([](v1::BundleManifest& manifest) {
+        manifest.mutable_task()->mutable_observation()->add_frames_ahead(4);
+        *manifest.mutable_observation() = manifest.task().observation();
+      }),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("observation_width: expected")));
 }
 
 TEST(Bundle, RefusesAnActionLawThatIsNotTheTasks) {
@@ -317,11 +316,11 @@ TEST(Bundle, RefusesWeightsThatAreNotFinite) {
 
   Forge(directory, kWeightsFile, SerializeSafetensors(weights));
 
-  EXPECT_THAT(ReadBundle(directory),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("weights.safetensors"),
-                             HasSubstr("policy/mean/bias"),
-                             HasSubstr("not finite"))));
+  EXPECT_THAT(
+      ReadBundle(directory),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               AllOf(HasSubstr("weights.safetensors"),
+                     HasSubstr("policy/mean/bias"), HasSubstr("not finite"))));
 }
 
 TEST(Bundle, RefusesWeightsThatTheGraphDoesNotFit) {
@@ -339,8 +338,7 @@ TEST(Bundle, RefusesWeightsThatTheGraphDoesNotFit) {
 
 TEST(Bundle, RefusesACharacterWithAnotherBody) {
   const std::string directory = WriteToy();
-  const std::string mjcf =
-      *ReadFile(JoinPath(directory, "character/toy.xml"));
+  const std::string mjcf = *ReadFile(JoinPath(directory, "character/toy.xml"));
 
   Forge(directory, "character/toy.xml",
         absl::StrReplaceAll(mjcf, {{"mass=\"6\"", "mass=\"7\""}}));

@@ -33,8 +33,7 @@ void AddJoints(const character::Character& character,
 void AddBodies(const character::Character& character,
                v1::BundleManifest& manifest) {
   for (int column : character.tracked()) {
-    manifest.add_bodies(
-        mj_id2name(character.model(), mjOBJ_BODY, column + 1));
+    manifest.add_bodies(mj_id2name(character.model(), mjOBJ_BODY, column + 1));
   }
 }
 
@@ -48,13 +47,12 @@ absl::Status AddTask(const ContentInputs& inputs,
   *manifest.mutable_task() = recipe.task();
   *manifest.mutable_observation() = recipe.task().observation();
   *manifest.mutable_action() = recipe.task().action();
-  SINEW_ASSIGN_OR_RETURN(
-      const world::ObservationBuilder observation,
-      world::ObservationBuilder::Create(
-          recipe.task().observation(),
-          static_cast<int>(character.tracked().size()),
-          static_cast<int>(character.joints().size()),
-          static_cast<int>(character.foot_bodies().size())));
+  SINEW_ASSIGN_OR_RETURN(const world::ObservationBuilder observation,
+                         world::ObservationBuilder::Create(
+                             recipe.task().observation(),
+                             static_cast<int>(character.tracked().size()),
+                             static_cast<int>(character.joints().size()),
+                             static_cast<int>(character.foot_bodies().size())));
   manifest.set_observation_width(observation.width());
   manifest.set_action_width(static_cast<int64_t>(character.joints().size()));
   return absl::OkStatus();

@@ -44,11 +44,10 @@ absl::Status CheckVersion(const v1::BundleManifest& manifest,
                           absl::string_view source) {
   const int found = manifest.format_version();
   if (found == kBundleFormatVersion) return absl::OkStatus();
-  return Error(
-      source, "format_version", absl::StrCat(kBundleFormatVersion),
-      absl::StrCat(found, found > kBundleFormatVersion
-                              ? ": written by a newer version of Sinew"
-                              : ""));
+  return Error(source, "format_version", absl::StrCat(kBundleFormatVersion),
+               absl::StrCat(found, found > kBundleFormatVersion
+                                       ? ": written by a newer version of Sinew"
+                                       : ""));
 }
 
 // Where the digits of the manifest's own digest begin; npos if there are none.
@@ -72,7 +71,8 @@ absl::Status CheckDigest(absl::string_view json, absl::string_view source) {
   const size_t digits = FindDigest(json);
   if (digits == absl::string_view::npos) {
     return absl::DataLossError(absl::StrCat(
-        source, ": expected a field manifest_sha256, found none: truncated or "
+        source,
+        ": expected a field manifest_sha256, found none: truncated or "
         "altered"));
   }
   const absl::string_view expected = json.substr(digits, kDigestSize);
@@ -118,8 +118,8 @@ absl::StatusOr<std::string> PrintManifest(v1::BundleManifest manifest) {
   const auto status =
       google::protobuf::util::MessageToJsonString(manifest, &json, options);
   if (!status.ok()) {
-    return absl::InternalError(absl::StrCat(
-        kManifestFile, ": ", std::string(status.message())));
+    return absl::InternalError(
+        absl::StrCat(kManifestFile, ": ", std::string(status.message())));
   }
   json = WithSortedFiles(json);
   const size_t digits = FindDigest(json);

@@ -27,8 +27,8 @@ absl::StatusOr<std::string> ReadVerified(const v1::BundleManifest& manifest,
   const auto entry = manifest.files().find(name);
   if (entry == manifest.files().end()) {
     return absl::InvalidArgumentError(
-        absl::StrCat(JoinPath(directory, kManifestFile),
-                     ": files: expected \"", name, "\", found no such entry"));
+        absl::StrCat(JoinPath(directory, kManifestFile), ": files: expected \"",
+                     name, "\", found no such entry"));
   }
   SINEW_ASSIGN_OR_RETURN(std::string content, ReadFile(path, kMaxFileBytes));
   const std::string found = Sha256Hex(content);
@@ -47,10 +47,9 @@ absl::StatusOr<Files> ReadFiles(const v1::BundleManifest& manifest,
                                  kCharacterFile};
   for (const auto& [name, digest] : manifest.files()) {
     if (!IsBundlePath(name)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(JoinPath(directory, kManifestFile),
-                       ": files: expected a path inside the bundle, found \"",
-                       name, "\""));
+      return absl::InvalidArgumentError(absl::StrCat(
+          JoinPath(directory, kManifestFile),
+          ": files: expected a path inside the bundle, found \"", name, "\""));
     }
     names.insert(name);
   }

@@ -63,10 +63,9 @@ absl::StatusOr<std::unique_ptr<character::Character>> LoadCharacter(
   SINEW_ASSIGN_OR_RETURN(auto character,
                          character::Character::Load(path, physics));
   if (character->digest() != inputs.character_sha256()) {
-    return absl::DataLossError(
-        absl::StrCat(path, ": expected a character of digest ",
-                     inputs.character_sha256(), ", found ",
-                     character->digest(), ": altered since the run started"));
+    return absl::DataLossError(absl::StrCat(
+        path, ": expected a character of digest ", inputs.character_sha256(),
+        ", found ", character->digest(), ": altered since the run started"));
   }
   return character;
 }
@@ -76,8 +75,8 @@ absl::Status WriteCharacter(const std::map<std::string, std::string>& files,
   SINEW_RETURN_IF_ERROR(RemoveRecursively(folder));
   for (const auto& [name, content] : files) {
     const std::string path = JoinPath(folder, name);
-    SINEW_RETURN_IF_ERROR(MakeDirectories(
-        std::filesystem::path(path).parent_path().string()));
+    SINEW_RETURN_IF_ERROR(
+        MakeDirectories(std::filesystem::path(path).parent_path().string()));
     SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, content));
   }
   return absl::OkStatus();
@@ -97,8 +96,7 @@ absl::Status SaveRunInputs(const std::string& run, const std::string& character,
   *inputs.mutable_library() = library.manifest();
   inputs.set_library_sha256(library.digest());
   // What is written now is what an export will find.
-  SINEW_RETURN_IF_ERROR(
-      LoadCharacter(run, v1::Physics(), inputs).status());
+  SINEW_RETURN_IF_ERROR(LoadCharacter(run, v1::Physics(), inputs).status());
   std::string text;
   google::protobuf::TextFormat::PrintToString(inputs, &text);
   return WriteFileAtomically(InputsFile(run), text);

@@ -97,11 +97,10 @@ TEST(ExportRun, NamesWhatTheRunLacks) {
 TEST(ExportRun, RefusesACharacterThatWasEdited) {
   const FinishedRun run;
   const std::string path = JoinPath(run.folder, "inputs/character/toy.xml");
-  ASSERT_THAT(
-      WriteFileAtomically(
-          path, absl::StrReplaceAll(*ReadFile(path),
-                                    {{"mass=\"6\"", "mass=\"7\""}})),
-      IsOk());
+  ASSERT_THAT(WriteFileAtomically(
+                  path, absl::StrReplaceAll(*ReadFile(path),
+                                            {{"mass=\"6\"", "mass=\"7\""}})),
+              IsOk());
 
   EXPECT_THAT(run.Export(),
               StatusIs(absl::StatusCode::kDataLoss,

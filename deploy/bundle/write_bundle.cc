@@ -28,7 +28,8 @@ absl::StatusOr<Files> MakeFiles(const BundleContent& content) {
     if (!IsBundlePath(name)) {
       return absl::InvalidArgumentError(
           absl::StrCat("character_files: expected a path inside the bundle, "
-                       "found \"", path, "\""));
+                       "found \"",
+                       path, "\""));
     }
     files[name] = bytes;
   }
@@ -66,8 +67,8 @@ absl::Status WriteAll(const Files& files, const std::string& manifest,
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder));
   for (const auto& [name, bytes] : files) {
     const std::string path = JoinPath(folder, name);
-    SINEW_RETURN_IF_ERROR(MakeDirectories(
-        std::filesystem::path(path).parent_path().string()));
+    SINEW_RETURN_IF_ERROR(
+        MakeDirectories(std::filesystem::path(path).parent_path().string()));
     SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, bytes));
   }
   return WriteFileAtomically(JoinPath(folder, kManifestFile), manifest);

@@ -42,10 +42,10 @@ TEST(FolderFiles, ReturnWhatWasWritten) {
                           folder + "/"),
               IsOk());
 
-  EXPECT_THAT(ReadFolder(folder),
-              IsOkAndHolds(
-                  ElementsAre(Pair("a/b/c.stl", Pointee(std::string("c"))),
-                              Pair("d", Pointee(std::string())))));
+  EXPECT_THAT(
+      ReadFolder(folder),
+      IsOkAndHolds(ElementsAre(Pair("a/b/c.stl", Pointee(std::string("c"))),
+                               Pair("d", Pointee(std::string())))));
 }
 
 TEST(FolderFiles, LeaveWhatIsThereAlone) {

@@ -93,9 +93,9 @@ absl::StatusOr<Blob> LocalStore::GetBlob(const std::string& sha256) {
   SINEW_ASSIGN_OR_RETURN(std::string bytes, ReadFile(path));
   const std::string found = Sha256Hex(bytes);
   if (found != sha256) {
-    return absl::DataLossError(
-        absl::StrCat(path, ": expected SHA-256 ", sha256, ", found ", found,
-                     " (", bytes.size(), " bytes)"));
+    return absl::DataLossError(absl::StrCat(path, ": expected SHA-256 ", sha256,
+                                            ", found ", found, " (",
+                                            bytes.size(), " bytes)"));
   }
   return std::make_shared<const std::string>(std::move(bytes));
 }

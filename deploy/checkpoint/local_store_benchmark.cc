@@ -76,8 +76,7 @@ void BM_WriteAlone(benchmark::State& state) {
   const std::string weights = RandomBytes(kWeights);
   SINEW_CHECK(MakeDirectories(kFolder).ok());
   for (auto _ : state) {
-    SINEW_CHECK(
-        WriteFileAtomically(JoinPath(kFolder, "alone"), weights).ok());
+    SINEW_CHECK(WriteFileAtomically(JoinPath(kFolder, "alone"), weights).ok());
   }
 }
 BENCHMARK(BM_WriteAlone)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -61,9 +61,8 @@ absl::Status Save(ArtifactStore& store, const std::string& id) {
 
 std::string NewFolder() {
   static int count = 0;
-  const std::string folder =
-      JoinPath(::testing::TempDir(),
-               absl::StrCat("faults-", getpid(), "-", ++count));
+  const std::string folder = JoinPath(
+      ::testing::TempDir(), absl::StrCat("faults-", getpid(), "-", ++count));
   EXPECT_THAT(RemoveRecursively(folder), IsOk());
   return folder;
 }
@@ -202,8 +201,8 @@ int FillASmallDisk(const std::string& folder) {
   v1::Artifact record;
   record.set_kind("state");
   record.set_id("s1");
-  if (!PutFiles(**store, record,
-                {{"own", MakeBlob(std::string(500'000, 'a'))}}).ok()) {
+  if (!PutFiles(**store, record, {{"own", MakeBlob(std::string(500'000, 'a'))}})
+           .ok()) {
     return 4;
   }
   record.set_id("s2");

@@ -49,9 +49,10 @@ class InFolder : public StoreFixture {
   const std::unique_ptr<LocalStore> store_;
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    Local, StoreConformance,
-    ::testing::Values(StoreMaker([] { return std::make_unique<InFolder>(); })));
+INSTANTIATE_TEST_SUITE_P(Local, StoreConformance,
+                         ::testing::Values(StoreMaker([] {
+                           return std::make_unique<InFolder>();
+                         })));
 
 Blob MakeBlob(const std::string& bytes) {
   return std::make_shared<const std::string>(bytes);

@@ -21,9 +21,8 @@ bool IsAddress(const std::string& where) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ArtifactStore>> OpenStore(
-    const std::string& where, StoreAccess access,
-    const rpc::Security& security, const Clock& clock,
-    const std::stop_token& stop) {
+    const std::string& where, StoreAccess access, const rpc::Security& security,
+    const Clock& clock, const std::stop_token& stop) {
   if (!IsAddress(where)) {
     if (access == StoreAccess::kRead) {
       return LocalStore::OpenReadOnly(where, clock);

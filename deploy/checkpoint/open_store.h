@@ -19,9 +19,8 @@ enum class StoreAccess { kRead, kWrite };
 // Errors: of the address, the credentials, the folder (local_store.h); whether
 // a service is there shows at the first call.
 absl::StatusOr<std::unique_ptr<ArtifactStore>> OpenStore(
-    const std::string& where, StoreAccess access,
-    const rpc::Security& security, const Clock& clock,
-    const std::stop_token& stop = {});
+    const std::string& where, StoreAccess access, const rpc::Security& security,
+    const Clock& clock, const std::stop_token& stop = {});
 
 }  // namespace sinew::checkpoint
 

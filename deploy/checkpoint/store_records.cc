@@ -46,17 +46,17 @@ absl::Status ReadSealed(const std::string& path,
   absl::string_view rest = content;
   const size_t line = rest.find('\n');
   if (line == absl::string_view::npos || !absl::ConsumePrefix(&rest, kSeal)) {
-    return absl::DataLossError(absl::StrCat(
-        path, ": expected a first line \"sha256 DIGEST\", found ",
-        content.size(), " other bytes"));
+    return absl::DataLossError(
+        absl::StrCat(path, ": expected a first line \"sha256 DIGEST\", found ",
+                     content.size(), " other bytes"));
   }
-  const std::string expected(content.substr(sizeof(kSeal) - 1,
-                                            line - (sizeof(kSeal) - 1)));
+  const std::string expected(
+      content.substr(sizeof(kSeal) - 1, line - (sizeof(kSeal) - 1)));
   const std::string json = content.substr(line + 1);
   const std::string found = Sha256Hex(json);
   if (found != expected) {
-    return absl::DataLossError(absl::StrCat(path, ": expected SHA-256 ",
-                                            expected, ", found ", found));
+    return absl::DataLossError(
+        absl::StrCat(path, ": expected SHA-256 ", expected, ", found ", found));
   }
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;
@@ -112,9 +112,8 @@ absl::Status ReadAliases(const StoreFolders& folders, ArtifactIndex& index) {
     if (IsTemporaryName(name)) continue;
     v1::Alias alias;
     std::string reason;
-    SINEW_ASSIGN_OR_RETURN(
-        const Reading reading,
-        ReadRecord(folders.AliasPath(name), alias, reason));
+    SINEW_ASSIGN_OR_RETURN(const Reading reading,
+                           ReadRecord(folders.AliasPath(name), alias, reason));
     if (reading == Reading::kGood) index.InsertAlias(name, alias.id());
     if (reading == Reading::kDamaged) index.InsertDamagedAlias(reason);
   }

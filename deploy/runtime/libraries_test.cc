@@ -27,11 +27,10 @@ std::string Runfile(const std::string& name) {
 
 // What a program prints.
 std::string OutputOf(const std::string& program, const std::string& argument) {
-  const std::string output =
-      JoinPath(std::getenv("TEST_TMPDIR"), "output.txt");
+  const std::string output = JoinPath(std::getenv("TEST_TMPDIR"), "output.txt");
   EXPECT_THAT(RemoveRecursively(output), IsOk());
-  auto child = Subprocess::Start(
-      {.argv = {program, argument}, .output_file = output});
+  auto child =
+      Subprocess::Start({.argv = {program, argument}, .output_file = output});
   EXPECT_THAT(child, IsOk());
   const auto status = (*child)->Wait(absl::Minutes(1));
   EXPECT_TRUE(status.ok() && status->ok()) << program;
@@ -41,9 +40,8 @@ std::string OutputOf(const std::string& program, const std::string& argument) {
 TEST(RuntimeLibrary, IsBuiltWithoutTorchAndGrpc) {
   const std::string dependencies = *ReadFile(Runfile("library_dependencies"));
 
-  EXPECT_THAT(dependencies,
-              AllOf(HasSubstr("//sim/world:observation"),
-                    HasSubstr("@mujoco//:mujoco")));
+  EXPECT_THAT(dependencies, AllOf(HasSubstr("//sim/world:observation"),
+                                  HasSubstr("@mujoco//:mujoco")));
   EXPECT_THAT(dependencies,
               AllOf(Not(HasSubstr("@libtorch")), Not(HasSubstr(":grpc")),
                     Not(HasSubstr("//learner")), Not(HasSubstr("//actor"))));

@@ -56,8 +56,8 @@ absl::Status CheckPose(const Pose& pose, const PoseNeeds& needs,
       {pose.feedforward_torque, needs.joints, needs.torque,
        "feedforward_torque"}};
   for (const auto& field : fields) {
-    SINEW_RETURN_IF_ERROR(CheckArray(field.values, field.count, field.needed,
-                                     what, field.name));
+    SINEW_RETURN_IF_ERROR(
+        CheckArray(field.values, field.count, field.needed, what, field.name));
   }
   const double* q = pose.root_rotation;
   const double norm =

@@ -21,7 +21,7 @@ using Pose = ::sinew_pose;
 struct PoseNeeds {
   int joints = 0;
   int feet = 0;
-  bool root = false;     // position and linear velocity
+  bool root = false;  // position and linear velocity
   bool contact = false;
   bool torque = false;
 };

@@ -68,8 +68,8 @@ absl::Status ReferenceFeed::LoadLibrary(const std::string& directory) {
   SINEW_RETURN_IF_ERROR(library->Verify());
   v1::Recipe recipe;
   recipe.mutable_physics()->set_control_hz(control_hz_);
-  recipe.mutable_physics()->set_physics_hz(
-      1 / character_.model()->opt.timestep);
+  recipe.mutable_physics()->set_physics_hz(1 /
+                                           character_.model()->opt.timestep);
   SINEW_RETURN_IF_ERROR(world::CheckTask(recipe, character_, *library));
   clip_ = -1;
   rows_.clear();
@@ -93,9 +93,9 @@ absl::Status ReferenceFeed::Play(absl::string_view clip, double seconds,
     for (const v1::ClipInfo& info : library_->manifest().clips()) {
       names.push_back(info.name());
     }
-    return absl::NotFoundError(
-        absl::StrCat("clip: expected one of ", absl::StrJoin(names, ", "),
-                     ", found \"", clip, "\""));
+    return absl::NotFoundError(absl::StrCat("clip: expected one of ",
+                                            absl::StrJoin(names, ", "),
+                                            ", found \"", clip, "\""));
   }
   SINEW_ASSIGN_OR_RETURN(frame_, FrameAt(seconds, control_hz_));
   clip_ = found;
@@ -132,8 +132,7 @@ void ReferenceFeed::AlignTo(const double* position,
           world::Heading(motion::FromWxyz(row.root_rotation)).conjugate();
   const Eigen::Vector3d from(row.root_position[0], row.root_position[1], 0);
   const Eigen::Vector3d to =
-      position == nullptr ? from
-                          : Eigen::Vector3d(position[0], position[1], 0);
+      position == nullptr ? from : Eigen::Vector3d(position[0], position[1], 0);
   move_ = to - turn_ * from;
   is_moved_ = true;
   wants_alignment_ = false;

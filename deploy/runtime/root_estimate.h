@@ -12,7 +12,7 @@ namespace sinew::runtime {
 // What an IMU and joint encoders say about the root's height and velocity, if
 // the foot whose sole is lowest stands still on the floor.
 struct RootEstimate {
-  double height = 0;                 // of the root above the floor, m
+  double height = 0;  // of the root above the floor, m
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();  // world, m/s
 };
 

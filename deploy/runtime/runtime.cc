@@ -153,9 +153,9 @@ absl::Status Runtime::StepTo(const Pose& state, absl::Span<const Pose> frames,
                              absl::Span<double> target) {
   SINEW_RETURN_IF_ERROR(CheckStep(state, target));
   if (frames.size() != feed_->offsets().size()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("frames: expected ", feed_->offsets().size(), ", found ",
-                     frames.size()));
+    return absl::InvalidArgumentError(absl::StrCat("frames: expected ",
+                                                   feed_->offsets().size(),
+                                                   ", found ", frames.size()));
   }
   for (size_t i = 0; i < frames.size(); ++i) {
     SINEW_RETURN_IF_ERROR(CheckPose(frames[i], reference_needs_, "frames"));
@@ -170,8 +170,7 @@ void Runtime::PlaceBody(const Pose& state) {
   const mjModel* model = character().model();
   double* position = data_->qpos + model->jnt_qposadr[model->body_jntadr[1]];
   double* velocity = data_->qvel + model->jnt_dofadr[model->body_jntadr[1]];
-  if (state.root_position == nullptr ||
-      state.root_linear_velocity == nullptr) {
+  if (state.root_position == nullptr || state.root_linear_velocity == nullptr) {
     std::fill_n(velocity, 3, 0.0);
     const RootEstimate estimate = EstimateRoot(character(), data_.get());
     const Eigen::Vector2d plane = feed_->RootNow();

@@ -36,8 +36,8 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
   }
   const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
   const std::string directory = JoinPath(toy.folder, "bundle");
-  ASSERT_THAT(
-      bundle::WriteBundle(bundle::testing::ToyContent(toy), directory), IsOk());
+  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), directory),
+              IsOk());
   auto policy = *Runtime::Open(directory);
   ASSERT_THAT(policy->LoadLibrary(JoinPath(toy.folder, "library")), IsOk());
   ASSERT_THAT(policy->Play("turn", 0, Runtime::Align::kToBody), IsOk());

@@ -23,10 +23,9 @@ absl::StatusOr<std::string> UntrainedBundle() {
   const std::string directory =
       (std::filesystem::temp_directory_path() / "sinew_benchmark_bundle")
           .string();
-  SINEW_RETURN_IF_ERROR(
-      bundle::WriteBundle(bundle::testing::CharacterContent(
-                              "humanoid", WithDefaults(v1::Recipe())),
-                          directory));
+  SINEW_RETURN_IF_ERROR(bundle::WriteBundle(
+      bundle::testing::CharacterContent("humanoid", WithDefaults(v1::Recipe())),
+      directory));
   return directory;
 }
 
@@ -37,8 +36,7 @@ absl::StatusOr<std::vector<double>> Measure(Runtime& policy, const Pose& state,
   seconds.reserve(kTicks);
   for (int i = 0; i < kTicks; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    SINEW_RETURN_IF_ERROR(
-        policy.StepTo(state, frames, absl::MakeSpan(target)));
+    SINEW_RETURN_IF_ERROR(policy.StepTo(state, frames, absl::MakeSpan(target)));
     seconds.push_back(std::chrono::duration<double, std::micro>(
                           std::chrono::steady_clock::now() - start)
                           .count());

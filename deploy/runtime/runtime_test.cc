@@ -54,8 +54,8 @@ struct Rig {
     auto opened = Runtime::Open(directory);
     EXPECT_THAT(opened, IsOk());
     runtime = *std::move(opened);
-    task = *world::TrackingTask::Create(toy.recipe, *toy.character,
-                                        *toy.library);
+    task =
+        *world::TrackingTask::Create(toy.recipe, *toy.character, *toy.library);
     target.resize(4);
   }
   std::string library() const { return JoinPath(toy.folder, "library"); }
@@ -135,15 +135,15 @@ TEST(Runtime, FollowsALibraryBitForBitAsAnActorDoes) {
       actor.Act();
       pose.Read(*rig.toy.character, actor.data());
 
-      ASSERT_THAT(
-          rig.runtime->Step(pose.pose(), absl::MakeSpan(rig.target)), IsOk());
+      ASSERT_THAT(rig.runtime->Step(pose.pose(), absl::MakeSpan(rig.target)),
+                  IsOk());
 
       ASSERT_EQ(std::vector<float>(rig.runtime->observation().begin(),
                                    rig.runtime->observation().end()),
                 actor.observation)
           << "clip " << clip << " step " << step;
-      ASSERT_EQ(rig.target, actor.target) << "clip " << clip << " step "
-                                          << step;
+      ASSERT_EQ(rig.target, actor.target)
+          << "clip " << clip << " step " << step;
       if (actor.Step().diverged) break;
     }
   }
@@ -184,16 +184,16 @@ TEST(Runtime, GivenFramesAndTheLibrarysAgree) {
   GivenFrames frames(*rig.runtime);
   std::vector<double> given(4);
   for (int step = 0; step < 30; ++step) {
-    ASSERT_THAT(rig.runtime->StepTo(body.pose(), frames.Read(),
-                                    absl::MakeSpan(given)),
-                IsOk());
+    ASSERT_THAT(
+        rig.runtime->StepTo(body.pose(), frames.Read(), absl::MakeSpan(given)),
+        IsOk());
     const std::vector<float> observation(rig.runtime->observation().begin(),
                                          rig.runtime->observation().end());
     Pose state = body.pose();
     ASSERT_THAT(rig.runtime->Reset(state, nullptr), IsOk());
-    ASSERT_THAT(rig.runtime->StepTo(state, frames.Read(),
-                                    absl::MakeSpan(given)),
-                IsOk());
+    ASSERT_THAT(
+        rig.runtime->StepTo(state, frames.Read(), absl::MakeSpan(given)),
+        IsOk());
     ASSERT_THAT(rig.runtime->Reset(state, nullptr), IsOk());
 
     ASSERT_THAT(rig.runtime->Step(state, body.target()), IsOk());

@@ -134,11 +134,10 @@ const char* sinew_clip_name(const sinew_runtime* runtime, int clip) {
 int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                int align) {
   if (clip == nullptr) return Null(runtime, "clip");
-  return runtime->Result(
-      runtime->runtime->Play(clip, seconds,
-                             align == SINEW_ALIGN_TO_BODY
-                                 ? Runtime::Align::kToBody
-                                 : Runtime::Align::kNone));
+  return runtime->Result(runtime->runtime->Play(clip, seconds,
+                                                align == SINEW_ALIGN_TO_BODY
+                                                    ? Runtime::Align::kToBody
+                                                    : Runtime::Align::kNone));
 }
 
 int sinew_seek(sinew_runtime* runtime, double seconds) {

@@ -46,13 +46,13 @@ typedef struct sinew_pose {
                                           in qvel */
   /* What an IMU cannot give. NULL in a state: estimated (README.md), with the
    * lowest sole on the floor and standing still. Needed in a reference. */
-  const double* root_position;         /* [3] m */
-  const double* root_linear_velocity;  /* [3] m/s, world */
+  const double* root_position;        /* [3] m */
+  const double* root_linear_velocity; /* [3] m/s, world */
   /* State only. NULL: the target that the last step returned. */
-  const double* previous_target;       /* [J] rad */
+  const double* previous_target; /* [J] rad */
   /* Reference only; needed if sinew_needs_contact / sinew_needs_torque. */
-  const double* contact;               /* [F] 1 where a foot bears weight */
-  const double* feedforward_torque;    /* [J] Nm */
+  const double* contact;            /* [F] 1 where a foot bears weight */
+  const double* feedforward_torque; /* [J] Nm */
 } sinew_pose;
 
 /* Reads and checks a bundle. NULL on failure, with the reason in `error`

@@ -24,8 +24,8 @@ struct Paths {
     const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
     bundle = JoinPath(toy.folder, "bundle");
     library = JoinPath(toy.folder, "library");
-    EXPECT_THAT(
-        bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle), IsOk());
+    EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
+                IsOk());
   }
   std::string bundle, library;
 };

@@ -34,9 +34,9 @@ absl::StatusOr<v1::DispatcherMessage::Welcome> DispatchStream::Register(
   }
   if (!answer.ok()) return answer.status();
   if (!answer->has_welcome()) {
-    return absl::InternalError(absl::StrCat(
-        peer_, ": expected a welcome first, found message ",
-        static_cast<int>(answer->message_case())));
+    return absl::InternalError(
+        absl::StrCat(peer_, ": expected a welcome first, found message ",
+                     static_cast<int>(answer->message_case())));
   }
   return std::move(*answer->mutable_welcome());
 }

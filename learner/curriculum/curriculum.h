@@ -64,8 +64,8 @@ class Curriculum {
   v1::CurriculumTable::Bin& BinAt(int clip, int64_t frame);
 
   v1::CurriculumTable table_;
-  std::vector<int> first_bin_;      // by clip
-  std::vector<int64_t> frames_;     // startable frames by clip
+  std::vector<int> first_bin_;   // by clip
+  std::vector<int64_t> frames_;  // startable frames by clip
   std::vector<bool> loops_;
   std::unique_ptr<StartRule> rule_;
 };

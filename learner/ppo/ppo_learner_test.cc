@@ -42,7 +42,7 @@ v1::Recipe MakeRecipe(const std::string& overrides = "") {
         rollouts { environments: 64 horizon: 32 environments_per_order: 8 }
         ppo {
           discount: 0.1
-      epochs: 3
+          epochs: 3
           minibatch: 512
           shards: 2
           policy_learning_rate: 3e-3

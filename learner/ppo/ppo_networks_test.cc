@@ -64,11 +64,10 @@ struct Fixture {
         tensor.mutable_float32()[i] += 0.015f * noise[i];
       }
     }
-    networks = *PpoNetworks::Create(
-        graph, weights,
-        {.shards = 2,
-         .ratio_clip = ratio_clip,
-         .entropy_weight = kEntropyWeight});
+    networks = *PpoNetworks::Create(graph, weights,
+                                    {.shards = 2,
+                                     .ratio_clip = ratio_clip,
+                                     .entropy_weight = kEntropyWeight});
     Load();
   }
 

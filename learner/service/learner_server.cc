@@ -33,8 +33,7 @@ absl::StatusOr<std::unique_ptr<LearnerServer>> LearnerServer::Start(
   rpc::Server::Options server;
   server.address = options.listen;
   server.security = options.security;
-  SINEW_ASSIGN_OR_RETURN(result->server_,
-                         rpc::Server::Start(server, services));
+  SINEW_ASSIGN_OR_RETURN(result->server_, rpc::Server::Start(server, services));
   return result;
 }
 

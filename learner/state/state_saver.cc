@@ -22,8 +22,8 @@ int64_t BytesOf(const Trainer::State& state) {
 
 }  // namespace
 
-StateSaver::StateSaver(checkpoint::ArtifactStore& store, int keep,
-                       Clock& clock, SaveMetrics& metrics)
+StateSaver::StateSaver(checkpoint::ArtifactStore& store, int keep, Clock& clock,
+                       SaveMetrics& metrics)
     : store_(store),
       keep_(keep),
       clock_(clock),
@@ -57,9 +57,8 @@ absl::Status StateSaver::Flush(absl::Duration timeout,
   }
   if (!request_.has_value()) return absl::OkStatus();
   return absl::DeadlineExceededError(absl::StrCat(
-      "the training state of iteration ",
-      request_->state.counters.iteration(), " is still being saved after ",
-      absl::FormatDuration(timeout)));
+      "the training state of iteration ", request_->state.counters.iteration(),
+      " is still being saved after ", absl::FormatDuration(timeout)));
 }
 
 void StateSaver::Run(const std::stop_token& stop) {
@@ -95,9 +94,9 @@ StateSaver::Result StateSaver::Save(const Request& request) {
     metrics_.last_success_timestamp_seconds.Set(clock_.WallSeconds());
   } else {
     metrics_.failures.Increment();
-    LogError("cannot save the training state",
-             {{"iteration", result.iteration},
-              {"reason", result.status.message()}});
+    LogError(
+        "cannot save the training state",
+        {{"iteration", result.iteration}, {"reason", result.status.message()}});
   }
   return result;
 }

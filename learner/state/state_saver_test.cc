@@ -46,9 +46,9 @@ TEST_F(StateSaverTest, HasOneSaveInFlight) {
 
   EXPECT_FALSE(saver_.Start(MakeState(2)));
   EXPECT_FALSE(saver_.idle());
-  EXPECT_THAT(saver_.Flush(absl::ZeroDuration()),
-              StatusIs(absl::StatusCode::kDeadlineExceeded,
-                       HasSubstr("iteration 1")));
+  EXPECT_THAT(
+      saver_.Flush(absl::ZeroDuration()),
+      StatusIs(absl::StatusCode::kDeadlineExceeded, HasSubstr("iteration 1")));
 
   store_.Resume();
   EXPECT_THAT(saver_.Flush(absl::Seconds(30)), IsOk());
@@ -74,8 +74,7 @@ TEST_F(StateSaverTest, ReportsAndCountsAFailureAndGoesOn) {
   EXPECT_THAT(saver_.TakeResult()->status,
               StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(store_.GetArtifact("latest")->iteration(), 1);
-  EXPECT_THAT(registry_.Text(),
-              HasSubstr("sinew_checkpoint_failures_total 1"));
+  EXPECT_THAT(registry_.Text(), HasSubstr("sinew_checkpoint_failures_total 1"));
 
   store_.LimitBytes(int64_t{1} << 30);
   ASSERT_TRUE(saver_.Start(MakeState(2, 1000)));

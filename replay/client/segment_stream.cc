@@ -28,12 +28,11 @@ bool SegmentStream::Write(const std::string& run_id, int64_t order_id,
   chunk.set_run_id(run_id);
   chunk.set_order_id(order_id);
   chunk.set_total_size(static_cast<int64_t>(bytes.size()));
-  return rpc::ForEachChunk(
-      bytes, 0, [&](absl::string_view data, bool first) {
-        if (!first) chunk.Clear();
-        chunk.set_data(data.data(), data.size());
-        return stream_->Write(chunk);
-      });
+  return rpc::ForEachChunk(bytes, 0, [&](absl::string_view data, bool first) {
+    if (!first) chunk.Clear();
+    chunk.set_data(data.data(), data.size());
+    return stream_->Write(chunk);
+  });
 }
 
 void SegmentStream::CloseWrites() { stream_->WritesDone(); }

@@ -55,8 +55,8 @@ Expectation MakeExpectation(int64_t order_id) {
           .layout = std::make_shared<const v1::SegmentLayout>(TestLayout())};
 }
 
-v1::OpenRequest MakeOpen(absl::Span<const int64_t> order_ids,
-                         int64_t iteration, bool reset) {
+v1::OpenRequest MakeOpen(absl::Span<const int64_t> order_ids, int64_t iteration,
+                         bool reset) {
   v1::OpenRequest request;
   request.set_run_id(kRun);
   request.set_reset(reset);

@@ -34,9 +34,9 @@ std::string Write(const std::map<std::string, std::string>& files,
                   const std::string& folder) {
   for (const auto& [name, content] : files) {
     const std::string path = JoinPath(folder, name);
-    EXPECT_THAT(MakeDirectories(
-                    std::filesystem::path(path).parent_path().string()),
-                IsOk());
+    EXPECT_THAT(
+        MakeDirectories(std::filesystem::path(path).parent_path().string()),
+        IsOk());
     EXPECT_THAT(WriteFileAtomically(path, content), IsOk());
   }
   return JoinPath(folder, "character.textproto");
@@ -78,7 +78,8 @@ std::map<std::string, std::string> Pole(const std::string& extra = "") {
           {"models/pole.xml", absl::StrCat(R"(<mujoco>
   <compiler meshdir="parts"/>
   <asset><mesh file="solid.obj"/><mesh name="cloth" file="dress.obj"/></asset>
-  )", extra, R"(
+  )",
+                                           extra, R"(
   <worldbody>
     <body name="base" pos="0 0 0.1"><freejoint/>
       <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
@@ -142,8 +143,7 @@ TEST(CharacterFiles, KeepMeshesThatTouchAndDropThoseThatAreSeen) {
 
 TEST(CharacterFiles, OfAModelThatIncludesOthersAreAllFiles) {
   auto parts = Pole("<include file=\"more.xml\"/>");
-  parts["models/more.xml"] =
-      "<mujoco><option gravity=\"0 0 -9\"/></mujoco>";
+  parts["models/more.xml"] = "<mujoco><option gravity=\"0 0 -9\"/></mujoco>";
   const std::string original = Write(parts, FolderOfTest());
 
   const auto files = CharacterFiles(original);

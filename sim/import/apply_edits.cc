@@ -19,8 +19,8 @@ void TrimJoints(const EditOptions& options, double rate, Joints* joints) {
   const double last = static_cast<double>(joints->size()) - 1;
   const auto begin = std::lround(std::clamp(options.from_s * rate, 0., last));
   const auto end = std::lround(std::clamp(options.to_s * rate, 0., last)) + 1;
-  *joints = Joints(joints->begin() + begin,
-                   joints->begin() + std::max(end, begin));
+  *joints =
+      Joints(joints->begin() + begin, joints->begin() + std::max(end, begin));
 }
 
 // From the place and heading of `before` to those of `after`: a turn about the
@@ -31,9 +31,10 @@ Eigen::Isometry3d PlanarMove(const Eigen::VectorXd& before,
     return motion::Yaw(motion::FromWxyz(qpos.data() + 3).normalized());
   };
   Eigen::Isometry3d move = Eigen::Isometry3d::Identity();
-  move.rotate(Eigen::AngleAxisd(yaw(after) - yaw(before),
-                                Eigen::Vector3d::UnitZ()));
-  const Eigen::Vector3d from(before[0], before[1], 0), to(after[0], after[1], 0);
+  move.rotate(
+      Eigen::AngleAxisd(yaw(after) - yaw(before), Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d from(before[0], before[1], 0),
+      to(after[0], after[1], 0);
   move.translation() = to - move.linear() * from;
   return move;
 }

@@ -34,15 +34,14 @@ void AddPreview(const SourcePreview& preview, TensorMap* tensors) {
   const int64_t joints = preview.joints();
   const std::vector<float> parents(preview.parents.begin(),
                                    preview.parents.end());
-  (*tensors)[kPositions] = HostTensor::Float32({preview.frames(), joints, 3},
-                                               preview.positions);
+  (*tensors)[kPositions] =
+      HostTensor::Float32({preview.frames(), joints, 3}, preview.positions);
   (*tensors)[kParents] = HostTensor::Float32({joints}, parents);
-  (*tensors)[kRate] = HostTensor::Float32(
-      {1}, {static_cast<float>(preview.frames_per_second)});
+  (*tensors)[kRate] =
+      HostTensor::Float32({1}, {static_cast<float>(preview.frames_per_second)});
 }
 
-absl::StatusOr<Json> ToJson(const ClipReport& report,
-                            const std::string& clip) {
+absl::StatusOr<Json> ToJson(const ClipReport& report, const std::string& clip) {
   Json json = {{"version", kEntryVersion},
                {"file", report.file},
                {"code", static_cast<int>(report.status.code())},
@@ -92,8 +91,7 @@ absl::StatusOr<ClipReport> FromJson(const Json& json, const std::string& key) {
   return report;
 }
 
-absl::StatusOr<Json> ReadJson(const std::string& path,
-                              const std::string& key) {
+absl::StatusOr<Json> ReadJson(const std::string& path, const std::string& key) {
   SINEW_ASSIGN_OR_RETURN(const std::string text,
                          ReadFile(path, kMaxReportBytes));
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
@@ -169,20 +167,18 @@ absl::Status ClipCache::Store(const std::string& key, const ClipReport& report,
   const std::string bytes = SerializeSafetensors(tensors);
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(ClipPath(folder_, key), bytes));
   SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, bytes));
-  return WriteFileAtomically(
-      ReportPath(folder_, key),
-      json.dump(-1, ' ', /*ensure_ascii=*/false,
-                Json::error_handler_t::replace));
+  return WriteFileAtomically(ReportPath(folder_, key),
+                             json.dump(-1, ' ', /*ensure_ascii=*/false,
+                                       Json::error_handler_t::replace));
 }
 
 absl::Status ClipCache::StoreError(const std::string& key,
                                    const ClipReport& report) const {
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder_));
   SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, ""));
-  return WriteFileAtomically(
-      ReportPath(folder_, key),
-      json.dump(-1, ' ', /*ensure_ascii=*/false,
-                Json::error_handler_t::replace));
+  return WriteFileAtomically(ReportPath(folder_, key),
+                             json.dump(-1, ' ', /*ensure_ascii=*/false,
+                                       Json::error_handler_t::replace));
 }
 
 absl::Status ClipCache::KeepOnly(const std::set<std::string>& keys) const {

@@ -13,10 +13,10 @@
 
 namespace sinew::import {
 
-// Clips that were imported before, in the folder cache/ of a library: what makes
-// a second import of the same files do nothing, and of changed ones only what
-// changed. A key is the SHA-256 of everything that the result depends on; an
-// entry is
+// Clips that were imported before, in the folder cache/ of a library: what
+// makes a second import of the same files do nothing, and of changed ones only
+// what changed. A key is the SHA-256 of everything that the result depends on;
+// an entry is
 //   KEY.json   ClipReport, or why the file could not be imported
 //   KEY.clip   frame tensors and preview, in the safetensors format
 // KEY.json is written last and names the digest of KEY.clip: an entry is whole

@@ -40,9 +40,8 @@ void AppendBodies(const Dynamics& dynamics, int root,
   const mjData& data = dynamics.data();
   for (int b = 1; b < model.nbody; ++b) {
     Quaterniond& rotation = (*rotations)[b];
-    rotation =
-        motion::Near(motion::FromWxyz(data.xquat + 4 * b).normalized(),
-                     rotation);
+    rotation = motion::Near(motion::FromWxyz(data.xquat + 4 * b).normalized(),
+                            rotation);
     const Vector3d position = Eigen::Map<const Vector3d>(data.xpos + 3 * b);
     double velocity[6];  // angular, then linear of the frame origin; world
     mj_objectVelocity(&model, &data, mjOBJ_XBODY, b, velocity,
@@ -95,8 +94,7 @@ TensorMap ToTensors(const Rows& rows, const ImportModel& model, int64_t n) {
   map["joint_velocity"] = make({n, joints}, rows.joint_velocity);
   map["body_position"] = make({n, bodies, 3}, rows.body_position);
   map["body_rotation"] = make({n, bodies, 4}, rows.body_rotation);
-  map["body_linear_velocity"] =
-      make({n, bodies, 3}, rows.body_linear_velocity);
+  map["body_linear_velocity"] = make({n, bodies, 3}, rows.body_linear_velocity);
   map["body_angular_velocity"] =
       make({n, bodies, 3}, rows.body_angular_velocity);
   map["contact"] = make({n, feet}, rows.contact);

@@ -74,8 +74,8 @@ std::optional<std::string> CmuTrial(absl::string_view path,
   }
   const bool nothing_else = match.length(0) == static_cast<int>(name.size());
   int folder = 0;
-  const bool in_subject = absl::SimpleAtoi(FolderName(path), &folder) &&
-                          folder == subject;
+  const bool in_subject =
+      absl::SimpleAtoi(FolderName(path), &folder) && folder == subject;
   if (!nothing_else && !in_subject &&
       !absl::StrContains(absl::AsciiStrToLower(path), "cmu")) {
     return std::nullopt;
@@ -105,9 +105,8 @@ std::vector<std::string> Candidates(const std::string& path) {
 std::string ClipName(absl::string_view path) {
   const absl::string_view base = path.substr(path.find_last_of('/') + 1);
   const size_t dot = base.find_last_of('.');
-  return ToUtf8(dot == absl::string_view::npos || dot == 0
-                    ? base
-                    : base.substr(0, dot));
+  return ToUtf8(
+      dot == absl::string_view::npos || dot == 0 ? base : base.substr(0, dot));
 }
 
 std::string TrialName(absl::string_view path) {
@@ -142,9 +141,9 @@ std::vector<absl::StatusOr<std::string>> UniqueNames(
         chosen = candidate;
         break;
       }
-      chosen = absl::AlreadyExistsError(absl::StrCat(
-          file.path, ": expected a unique name, found \"", candidate,
-          "\" twice (also ", owner->second->path, ")"));
+      chosen = absl::AlreadyExistsError(
+          absl::StrCat(file.path, ": expected a unique name, found \"",
+                       candidate, "\" twice (also ", owner->second->path, ")"));
       const NamedFile& other = *owner->second;
       if (other.path == file.path ||
           (!file.sha256.empty() && other.sha256 == file.sha256)) {

@@ -21,9 +21,9 @@ TEST(ClipName, IsTheFileNameWithoutFolderAndExtension) {
 
 TEST(ClipName, IsValidUtf8WhateverThePathHolds) {
   EXPECT_EQ(ClipName("m\u00E4rz/l\u00E4uft \u6B69.bvh"), "l\u00E4uft \u6B69");
-  EXPECT_EQ(ClipName("caf\xE9.bvh"), "caf%E9");       // Latin-1
-  EXPECT_EQ(ClipName("\xC0\xAF.bvh"), "%C0%AF");      // overlong
-  EXPECT_EQ(ClipName("a\nb.bvh"), "a%0Ab");           // breaks tables
+  EXPECT_EQ(ClipName("caf\xE9.bvh"), "caf%E9");          // Latin-1
+  EXPECT_EQ(ClipName("\xC0\xAF.bvh"), "%C0%AF");         // overlong
+  EXPECT_EQ(ClipName("a\nb.bvh"), "a%0Ab");              // breaks tables
   EXPECT_EQ(ClipName("\xED\xA0\x80.bvh"), "%ED%A0%80");  // a surrogate
 }
 

@@ -135,10 +135,9 @@ absl::StatusOr<ClipFormat> FormatOfName(absl::string_view name) {
   for (const auto& [value, known] : kNames) {
     if (known == name) return value;
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("format: expected one of ",
-                   absl::StrJoin(kNames, ", ", second), "; found \"", name,
-                   "\""));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "format: expected one of ", absl::StrJoin(kNames, ", ", second),
+      "; found \"", name, "\""));
 }
 
 absl::StatusOr<ClipFormat> DetectFormat(const std::string& path,

@@ -52,9 +52,8 @@ TEST(DetectFormat, SaysWhatAFileIsThatIsNoClip) {
               StatusIs(kInvalid, HasSubstr("marker positions (C3D)")));
   EXPECT_THAT(DetectFormat("dog.txt", "{\"LoopMode\": \"Wrap\"}"),
               StatusIs(kInvalid, HasSubstr("robot dog")));
-  EXPECT_THAT(
-      DetectFormat("body.txt", "{\"Skeleton\": {\"Joints\": []}}"),
-      StatusIs(kInvalid, HasSubstr("without motion")));
+  EXPECT_THAT(DetectFormat("body.txt", "{\"Skeleton\": {\"Joints\": []}}"),
+              StatusIs(kInvalid, HasSubstr("without motion")));
   EXPECT_THAT(DetectFormat("robot.xml", "<mujoco><worldbody/></mujoco>"),
               StatusIs(kInvalid, HasSubstr("XML without <keyframe>")));
   EXPECT_THAT(DetectFormat("weights.zip", "PK\x03\x04 data.pkl"),

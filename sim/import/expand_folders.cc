@@ -44,9 +44,8 @@ bool LooksLikeClip(const std::string& path) {
   }
   if (*format != ClipFormat::kRobotCsv) return true;
   // A table of numbers: digits before the first comma of some early line.
-  const size_t line = head.find('\n') == std::string::npos
-                          ? 0
-                          : head.find('\n') + 1;
+  const size_t line =
+      head.find('\n') == std::string::npos ? 0 : head.find('\n') + 1;
   const size_t at = head.find_first_not_of(" \t\"", line);
   return at != std::string::npos &&
          std::string("-+.0123456789").find(head[at]) != std::string::npos;
@@ -88,8 +87,9 @@ absl::StatusOr<std::vector<std::string>> ExpandFolders(
     if (absl::Status status = Walk(path, &files); !status.ok()) return status;
     if (files.size() == before) {
       return absl::NotFoundError(
-          absl::StrCat(path, ": expected motion clips in this folder, found "
-                             "none"));
+          absl::StrCat(path,
+                       ": expected motion clips in this folder, found "
+                       "none"));
     }
   }
   return files;

@@ -1,5 +1,6 @@
 // Prints how well clips play on a character:
-//   figures_tool [--character g1] [--plain] [--against DIR] [--dump DIR] FILES...
+//   figures_tool [--character g1] [--plain] [--against DIR] [--dump DIR]
+//   FILES...
 // --plain: without refinement. --against: for a file with a recording of the
 // same clip on the character (DIR/STEM.csv) how far the two are apart. --dump:
 // writes the places of all joints to DIR/STEM.txt.
@@ -91,12 +92,12 @@ double EndsApart(const ImportModel& model, const SourceClip& clip,
     const Eigen::Vector3d hips = (ours("left_hip") + ours("right_hip")) / 2;
     const Eigen::Vector3d source_hips =
         (source("left_hip") + source("right_hip")) / 2;
-    for (const char* end : {"left_wrist", "right_wrist", "left_ankle",
-                            "right_ankle"}) {
+    for (const char* end :
+         {"left_wrist", "right_wrist", "left_ankle", "right_ankle"}) {
       const int role = track->Find(end);
       if (role < 0 || map->FindPoint(role) < 0) continue;
-      sum += (ours(end) - hips - map->scale * (source(end) - source_hips))
-                 .norm();
+      sum +=
+          (ours(end) - hips - map->scale * (source(end) - source_hips)).norm();
       ++count;
     }
   }
@@ -149,10 +150,10 @@ std::vector<double> Apart(const ImportModel& model, const ModelMotion& a,
     const Eigen::Matrix3d frame = Orientation(qpos, whole);
     std::vector<Eigen::Vector3d> result;
     for (const int body : ends) {
-      result.push_back(frame.transpose() *
-                       (Eigen::Map<const Eigen::Vector3d>(
-                            dynamics.data().xpos + 3 * body) -
-                        qpos.head<3>()));
+      result.push_back(
+          frame.transpose() *
+          (Eigen::Map<const Eigen::Vector3d>(dynamics.data().xpos + 3 * body) -
+           qpos.head<3>()));
     }
     return result;
   };
@@ -191,8 +192,7 @@ void Compare(const ImportModel& model, const std::string& path,
   if (!bytes.ok() || !layouts.ok()) return;
   ReadOptions read;
   read.quaternion_order = "xyzw";
-  const auto clip =
-      ParseRobotCsv(*bytes, Stem(path), path, read, *layouts);
+  const auto clip = ParseRobotCsv(*bytes, Stem(path), path, read, *layouts);
   if (!clip.ok()) {
     absl::PrintF("  %s\n", clip.status().message());
     return;
@@ -298,8 +298,8 @@ int Main(int argc, char** argv) {
       absl::PrintF("  %s\n", warning);
     }
     if (against.empty()) continue;
-    Compare(model, JoinPath(against, absl::StrCat(Stem(file), ".csv")),
-            *played, options);
+    Compare(model, JoinPath(against, absl::StrCat(Stem(file), ".csv")), *played,
+            options);
   }
   return 0;
 }

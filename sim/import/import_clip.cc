@@ -29,9 +29,9 @@ SourcePreview MakePreview(const Retargeted& played) {
       static_cast<size_t>(std::max(1.0, std::round(rate / kPreviewRate)));
   preview.frames_per_second = rate / static_cast<double>(step);
   preview.parents = played.source_parents;
-  const auto frames = std::min(
-      played.source_joints.size(),
-      static_cast<size_t>(std::lround(kPreviewSeconds * rate)) + 1);
+  const auto frames =
+      std::min(played.source_joints.size(),
+               static_cast<size_t>(std::lround(kPreviewSeconds * rate)) + 1);
   for (size_t t = 0; t < frames; t += step) {
     for (const Eigen::Vector3d& position : played.source_joints[t]) {
       for (int i = 0; i < 3; ++i) {

@@ -24,7 +24,8 @@ constexpr char kDraftName[] = "draft";
 double ThreadSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  return static_cast<double>(now.tv_sec) +
+         1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 // A field of a text whose parts cannot run into each other.
@@ -86,8 +87,8 @@ void Dress(const ImportContext& context, const ImportJob& job,
   info.set_mirror_of(job.mirrored ? name : "");
   const std::string stem = ClipName(job.file);
   info.set_source_file(absl::StrCat(
-      stem, job.file.substr(job.file.size() -
-                            LowerCaseExtension(job.file).size())));
+      stem,
+      job.file.substr(job.file.size() - LowerCaseExtension(job.file).size())));
   info.set_source_sha256(job.sha256);
   info.set_trial(TrialName(job.file));
   info.set_provenance(context.options.provenance);

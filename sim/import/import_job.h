@@ -44,7 +44,8 @@ std::string OptionsDigest(const std::string& character_digest,
 
 // Takes the clip from the cache or imports it and puts it there. Never fails:
 // what goes wrong is the report's status (also if the cache cannot be written).
-// `name` is the clip's (without kMirrorSuffix); the report's info is complete but for first_frame.
+// `name` is the clip's (without kMirrorSuffix); the report's info is complete
+// but for first_frame.
 //
 // Thread-safety: yes. Blocking: on the disk; seconds of computation.
 ClipReport RunJob(const ImportContext& context, const ImportJob& job,

@@ -121,8 +121,10 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
     if (job.mirrored && name.ok() &&
         taken.contains(absl::StrCat(*name, kMirrorSuffix))) {
       name = absl::AlreadyExistsError(
-          absl::StrCat(job.file, ": expected a unique name for its mirror "
-                       "image, found a file called ", *name, kMirrorSuffix));
+          absl::StrCat(job.file,
+                       ": expected a unique name for its mirror "
+                       "image, found a file called ",
+                       *name, kMirrorSuffix));
     }
     reports[i] = RunNamed(context, job, name);
     telling.Done(reports[i]);
@@ -224,10 +226,9 @@ absl::Status ImportFiles(const character::Character& character,
     SINEW_ASSIGN_OR_RETURN(mirror, MakeMotionMirror(character));
   }
   const ImportContext context{model, options,
-                              OptionsDigest(character.digest(), options),
-                              cache, &mirror};
-  const int threads =
-      options.threads > 0 ? options.threads : AvailableCpus();
+                              OptionsDigest(character.digest(), options), cache,
+                              &mirror};
+  const int threads = options.threads > 0 ? options.threads : AvailableCpus();
   *reports = RunJobs(context, files, threads);
   if (options.stop.stop_requested()) {
     return absl::CancelledError("import: stopped before its end");

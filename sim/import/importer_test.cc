@@ -70,9 +70,8 @@ class ImporterTest : public ::testing::Test {
          std::filesystem::recursive_directory_iterator(Path(library))) {
       // The lock is opened by every import.
       if (entry.path().filename() == "LOCK") continue;
-      absl::StrAppend(
-          &times, entry.path().string(), " ",
-          entry.last_write_time().time_since_epoch().count(), "\n");
+      absl::StrAppend(&times, entry.path().string(), " ",
+                      entry.last_write_time().time_since_epoch().count(), "\n");
     }
     return times;
   }
@@ -81,8 +80,8 @@ class ImporterTest : public ::testing::Test {
     return absl::StrReplaceAll(testing::MarchJson(),
                                {{"0.400000000", "5.400000000"}});
   }
-  std::unique_ptr<motion::Library> Import(
-      const std::vector<std::string>& files, const std::string& name) {
+  std::unique_ptr<motion::Library> Import(const std::vector<std::string>& files,
+                                          const std::string& name) {
     reports_.clear();
     EXPECT_THAT(
         ImportFiles(*character_, files, options_, Path(name), &reports_),
@@ -108,10 +107,9 @@ class ImporterTest : public ::testing::Test {
 };
 
 TEST_F(ImporterTest, BringsAMarchToTheFloorAndMakesItPhysical) {
-  const auto library =
-      Import({Write("march.txt", testing::MarchJson()),
-              Write("floats.txt", testing::MarchJson(0.13))},
-             "march");
+  const auto library = Import({Write("march.txt", testing::MarchJson()),
+                               Write("floats.txt", testing::MarchJson(0.13))},
+                              "march");
   ASSERT_EQ(library->num_clips(), 2);
   for (const ClipReport& report : reports_) {
     const v1::ClipQuality& quality = report.info.quality();
@@ -151,15 +149,15 @@ TEST_F(ImporterTest, VelocitiesAreThoseOfTheFramesAlsoAcrossTheSeam) {
     at.Load(*library, 0, t);
     after.Load(*library, 0, t + 1);
     for (int j = 0; j < joints; ++j) {
-      const double slope = (after.view().joint_position[j] -
-                            before.view().joint_position[j]) *
-                           rate / 2;
+      const double slope =
+          (after.view().joint_position[j] - before.view().joint_position[j]) *
+          rate / 2;
       EXPECT_NEAR(at.view().joint_velocity[j], slope, 2e-4) << t << " " << j;
     }
     for (int i = 0; i < 3 * library->num_bodies(); ++i) {
-      const double slope = (after.view().body_position[i] -
-                            before.view().body_position[i]) *
-                           rate / 2;
+      const double slope =
+          (after.view().body_position[i] - before.view().body_position[i]) *
+          rate / 2;
       // Second order in the spacing of the frames.
       EXPECT_NEAR(at.view().body_linear_velocity[i], slope, 0.15) << t;
     }
@@ -195,8 +193,8 @@ TEST_F(ImporterTest, OneBadFileDoesNotStopTheOthers) {
   EXPECT_THAT(reports_[3].status,
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("nan.txt: expected finite numbers")));
-  EXPECT_THAT(reports_[4].status, StatusIs(absl::StatusCode::kNotFound,
-                                           HasSubstr("absent.txt")));
+  EXPECT_THAT(reports_[4].status,
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("absent.txt")));
   EXPECT_THAT(reports_[5].status,
               StatusIs(absl::StatusCode::kAlreadyExists,
                        HasSubstr("expected a unique name")));
@@ -321,9 +319,9 @@ TEST_F(ImporterTest, RepairsALibraryThatWasDamaged) {
   Write("damaged/frames.safetensors", "damaged");
 
   // What an entry cannot give is imported anew.
-  EXPECT_THAT(ImportFiles(*character_, files, options_, Path("damaged"),
-                          &reports_),
-              IsOk());
+  EXPECT_THAT(
+      ImportFiles(*character_, files, options_, Path("damaged"), &reports_),
+      IsOk());
 
   EXPECT_EQ(Bytes("damaged", "frames.safetensors"), whole);
 }
@@ -331,8 +329,8 @@ TEST_F(ImporterTest, RepairsALibraryThatWasDamaged) {
 TEST_F(ImporterTest, GivesTheSameLibraryOnAnyNumberOfThreads) {
   std::vector<std::string> files;
   for (int i = 0; i < 5; ++i) {
-    files.push_back(Write(absl::StrCat("march", i, ".txt"),
-                          testing::MarchJson(0.01 * i)));
+    files.push_back(
+        Write(absl::StrCat("march", i, ".txt"), testing::MarchJson(0.01 * i)));
   }
   options_.threads = 1;
   Import(files, "one");
@@ -379,8 +377,8 @@ TEST_F(ImporterTest, RefusesAFolderThatAnotherImportHolds) {
 TEST_F(ImporterTest, KeepsWhatWasFinishedWhenItIsStopped) {
   std::vector<std::string> files;
   for (int i = 0; i < 3; ++i) {
-    files.push_back(Write(absl::StrCat("march", i, ".txt"),
-                          testing::MarchJson(0.01 * i)));
+    files.push_back(
+        Write(absl::StrCat("march", i, ".txt"), testing::MarchJson(0.01 * i)));
   }
   StopSource stop;
   options_.stop = stop.get_token();
@@ -405,10 +403,10 @@ TEST_F(ImporterTest, KeepsWhatWasFinishedWhenItIsStopped) {
 TEST_F(ImporterTest, CanReportWithoutWritingALibrary) {
   options_.report_only = true;
 
-  EXPECT_THAT(ImportFiles(*character_,
-                          {Write("march.txt", testing::MarchJson())}, options_,
-                          Path("report"), &reports_),
-              IsOk());
+  EXPECT_THAT(
+      ImportFiles(*character_, {Write("march.txt", testing::MarchJson())},
+                  options_, Path("report"), &reports_),
+      IsOk());
 
   EXPECT_THAT(ReportOf("report")["clips"], SizeIs(1));
   EXPECT_FALSE(FileExists(JoinPath(Path("report"), "manifest.json")));
@@ -416,11 +414,10 @@ TEST_F(ImporterTest, CanReportWithoutWritingALibrary) {
 
 TEST_F(ImporterTest, AddsMirrorImagesUnderNamesOfTheirOwn) {
   options_.edits.mirror = true;
-  const auto library =
-      Import({Write("march.txt", testing::MarchJson()),
-              Write("lying_mirror.txt", testing::LyingJson()),
-              Write("lying.txt", testing::LyingJson())},
-             "mirrored");
+  const auto library = Import({Write("march.txt", testing::MarchJson()),
+                               Write("lying_mirror.txt", testing::LyingJson()),
+                               Write("lying.txt", testing::LyingJson())},
+                              "mirrored");
 
   // The mirror image of "lying" finds its name taken.
   ASSERT_THAT(reports_, SizeIs(6));

@@ -14,13 +14,12 @@
 namespace sinew::import {
 
 // Writes the library of all clips whose report is OK, in order, taking their
-// frames from the cache. Blocking: on the disk. Errors: DATA_LOSS (a cache entry
-// was altered), those of motion::Library::Save.
+// frames from the cache. Blocking: on the disk. Errors: DATA_LOSS (a cache
+// entry was altered), those of motion::Library::Save.
 absl::Status WriteLibrary(const character::Character& character,
                           const ImportModel& model, double rate,
                           absl::Span<const ClipReport> reports,
-                          const ClipCache& cache,
-                          const std::string& directory);
+                          const ClipCache& cache, const std::string& directory);
 
 }  // namespace sinew::import
 

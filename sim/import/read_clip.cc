@@ -47,8 +47,7 @@ absl::StatusOr<std::string> FindAsf(const std::string& path,
           : absl::StrCat("; looked for ", absl::StrJoin(candidates, ", "))));
 }
 
-absl::StatusOr<Source> ReadAmc(const std::string& path,
-                               absl::string_view bytes,
+absl::StatusOr<Source> ReadAmc(const std::string& path, absl::string_view bytes,
                                absl::string_view name,
                                const ReadClipOptions& options) {
   SINEW_ASSIGN_OR_RETURN(const std::string asf_path, FindAsf(path, options));
@@ -65,8 +64,9 @@ absl::StatusOr<Source> ReadRobotCsv(const std::string& path,
                                     const ReadOptions& options) {
   if (model == nullptr) {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": a robot's recording, which takes the robot's "
-                           "model to be read"));
+        absl::StrCat(path,
+                     ": a robot's recording, which takes the robot's "
+                     "model to be read"));
   }
   SINEW_ASSIGN_OR_RETURN(const std::vector<v1::RobotLayout> layouts,
                          KnownRobotLayouts());
@@ -89,8 +89,7 @@ absl::StatusOr<std::vector<std::string>> CompanionFiles(
 }
 
 absl::StatusOr<Source> ReadClip(const std::string& path,
-                                absl::string_view bytes,
-                                absl::string_view name,
+                                absl::string_view bytes, absl::string_view name,
                                 const ImportModel* model,
                                 const ReadClipOptions& options) {
   const ReadOptions& read = options.read;

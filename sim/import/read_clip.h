@@ -40,8 +40,7 @@ absl::StatusOr<std::vector<std::string>> CompanionFiles(
 // Total: any bytes give a clip or an error naming the file (INVALID_ARGUMENT,
 // RESOURCE_EXHAUSTED, NOT_FOUND for companions).
 absl::StatusOr<Source> ReadClip(const std::string& path,
-                                absl::string_view bytes,
-                                absl::string_view name,
+                                absl::string_view bytes, absl::string_view name,
                                 const ImportModel* model,
                                 const ReadClipOptions& options);
 

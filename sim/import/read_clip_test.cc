@@ -99,8 +99,9 @@ TEST_F(ReadClipTest, HandsOverridesToTheReader) {
   const auto& clip = std::get<SourceClip>(*rise);
   EXPECT_NEAR(clip.duration(), 1.0 / 60, 1e-6);
   EXPECT_NEAR(clip.skeleton.joints[1].offset.norm(), 1.8, 1e-6);
-  EXPECT_THAT(clip.facts.concluded(), ::testing::Not(::testing::Contains(
-                                          std::string("metres_per_unit"))));
+  EXPECT_THAT(
+      clip.facts.concluded(),
+      ::testing::Not(::testing::Contains(std::string("metres_per_unit"))));
 }
 
 TEST_F(ReadClipTest, RefusesOverridesThatMakeNoSense) {
@@ -123,8 +124,7 @@ TEST_F(ReadClipTest, AnAmcNeedsItsSkeleton) {
   const std::string asf = Write("13.asf", ":version 1.10\n");
   EXPECT_THAT(CompanionFiles(amc, ":FULLY-SPECIFIED\n", {}),
               IsOkAndHolds(ElementsAre(asf)));
-  EXPECT_THAT(CompanionFiles(amc, kBvh, As("bvh")),
-              IsOkAndHolds(IsEmpty()));
+  EXPECT_THAT(CompanionFiles(amc, kBvh, As("bvh")), IsOkAndHolds(IsEmpty()));
 }
 
 TEST_F(ReadClipTest, ARobotsRecordingNeedsTheRobot) {
@@ -149,9 +149,9 @@ TEST_F(ReadClipTest, FoldersAreWalkedForClips) {
   Write("in/picture.png", "\x89PNG");
   const std::string notes = Write("notes.txt", "no clip");
 
-  EXPECT_THAT(ExpandFolders({notes, Path("in"), Path("absent.bvh")}),
-              IsOkAndHolds(ElementsAre(notes, rise, march, table,
-                                       Path("absent.bvh"))));
+  EXPECT_THAT(
+      ExpandFolders({notes, Path("in"), Path("absent.bvh")}),
+      IsOkAndHolds(ElementsAre(notes, rise, march, table, Path("absent.bvh"))));
 }
 
 TEST_F(ReadClipTest, AFolderWithoutClipsIsAnError) {

@@ -59,8 +59,7 @@ int64_t ElementWidth(ColumnKind kind) {
 
 absl::Span<const FrameColumn> FrameColumns() { return kColumns; }
 
-int64_t RowWidth(const FrameColumn& column,
-                 const v1::MotionLibrary& manifest) {
+int64_t RowWidth(const FrameColumn& column, const v1::MotionLibrary& manifest) {
   return Count(column.count, manifest) * ElementWidth(column.kind);
 }
 

@@ -12,12 +12,12 @@ namespace sinew::motion {
 
 // What a frame tensor holds, as far as moving and checking it is concerned.
 enum class ColumnKind {
-  kPosition,         // points in the world, [.., 3]
-  kRotation,         // unit quaternions wxyz, [.., 4]
-  kVelocity,         // world vectors, [.., 3]; zero once a clip has ended
-  kJoint,            // [J], no frame
-  kJointVelocity,    // [J]; zero once a clip has ended
-  kContact,          // [F], 0 to 1
+  kPosition,       // points in the world, [.., 3]
+  kRotation,       // unit quaternions wxyz, [.., 4]
+  kVelocity,       // world vectors, [.., 3]; zero once a clip has ended
+  kJoint,          // [J], no frame
+  kJointVelocity,  // [J]; zero once a clip has ended
+  kContact,        // [F], 0 to 1
 };
 
 // How many of them a frame has.

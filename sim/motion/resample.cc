@@ -93,9 +93,8 @@ std::vector<Quaterniond> ResampleRotations(
     const Place place = Find(key_times, time);
     const size_t i = place.interval;
     const Vector3d end = velocity[i] * place.length;
-    const Vector3d r =
-        Hermite(end, tangents[i], InverseRightJacobian(end) * tangents[i + 1],
-                place);
+    const Vector3d r = Hermite(
+        end, tangents[i], InverseRightJacobian(end) * tangents[i + 1], place);
     const Quaterniond q = (keys[i] * Exp(r)).normalized();
     samples.push_back(samples.empty() ? q : Near(q, samples.back()));
   }

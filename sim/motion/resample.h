@@ -17,8 +17,7 @@ namespace sinew::motion {
 // `key_times` rise strictly, at least two; one value per key. Samples outside
 // the keys continue with the velocity at the end. Thread-safety: pure.
 std::vector<Eigen::Vector3d> ResampleVectors(
-    absl::Span<const double> key_times,
-    absl::Span<const Eigen::Vector3d> keys,
+    absl::Span<const double> key_times, absl::Span<const Eigen::Vector3d> keys,
     absl::Span<const double> sample_times);
 
 // Unit quaternions; neighbouring keys less than pi apart. The result is

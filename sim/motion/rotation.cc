@@ -99,8 +99,7 @@ Quaterniond YawRotation(double yaw) {
 }
 
 double Unwrap(double angle, double reference) {
-  return reference +
-         std::remainder(angle - reference, 2 * std::numbers::pi);
+  return reference + std::remainder(angle - reference, 2 * std::numbers::pi);
 }
 
 }  // namespace sinew::motion

@@ -13,15 +13,13 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-const Vector3d kVectors[] = {{0, 0, 0},         {1e-9, 0, -2e-9},
-                             {0.3, -0.2, 0.9},  {0, 3.0, 0},
-                             {-1.2, 1.9, 0.7},  {0, 0, -3.1}};
+const Vector3d kVectors[] = {{0, 0, 0},   {1e-9, 0, -2e-9}, {0.3, -0.2, 0.9},
+                             {0, 3.0, 0}, {-1.2, 1.9, 0.7}, {0, 0, -3.1}};
 
 TEST(Rotation, ExpAgreesWithAngleAndAxisAndLogTurnsItBack) {
   for (const Vector3d& r : kVectors) {
-    const Quaterniond expected(
-        Eigen::AngleAxisd(r.norm(), r.norm() > 0 ? r.normalized()
-                                                 : Vector3d::UnitX()));
+    const Quaterniond expected(Eigen::AngleAxisd(
+        r.norm(), r.norm() > 0 ? r.normalized() : Vector3d::UnitX()));
     EXPECT_NEAR(AngleBetween(Exp(r), expected), 0, 1e-12);
     EXPECT_NEAR((Log(Exp(r)) - r).norm(), 0, 1e-9);
     Quaterniond negative = Exp(r);

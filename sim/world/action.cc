@@ -25,16 +25,16 @@ ActionLaw::ActionLaw(const v1::Action& recipe,
     placement_ = v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
   }
   for (const character::JointInfo& joint : joints) {
-    joints_.push_back(
-        {.velocity_gain = recipe.velocity_feedforward()
-                              ? joint.damping / joint.stiffness
-                              : 0.0,
-         .torque_gain =
-             recipe.torque_feedforward() ? 1.0 / joint.stiffness : 0.0,
-         .default_position = joint.default_position,
-         .scale = Scale(recipe, joint),
-         .low = joint.lower - recipe.range_margin(),
-         .high = joint.upper + recipe.range_margin()});
+    joints_.push_back({.velocity_gain = recipe.velocity_feedforward()
+                                            ? joint.damping / joint.stiffness
+                                            : 0.0,
+                       .torque_gain = recipe.torque_feedforward()
+                                          ? 1.0 / joint.stiffness
+                                          : 0.0,
+                       .default_position = joint.default_position,
+                       .scale = Scale(recipe, joint),
+                       .low = joint.lower - recipe.range_margin(),
+                       .high = joint.upper + recipe.range_margin()});
   }
 }
 

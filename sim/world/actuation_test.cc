@@ -120,8 +120,7 @@ TEST_F(ActuationTest, ApproachesAnExplicitIntegrationInTinySteps) {
       for (size_t j = 0; j < joints().size(); ++j) {
         const character::JointInfo& joint = joints()[j];
         exact->qfrc_applied[joint.dof_address] = std::clamp(
-            joint.stiffness *
-                    (target_[j] - exact->qpos[joint.qpos_address]) -
+            joint.stiffness * (target_[j] - exact->qpos[joint.qpos_address]) -
                 joint.damping * exact->qvel[joint.dof_address],
             -joint.torque_limit, joint.torque_limit);
       }

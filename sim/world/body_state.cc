@@ -146,10 +146,10 @@ void BodyReader::Read(mjData* data, BodyState* state) const {
   ReadHalfAngles(data->qpos, sines, cosines);
   for (size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
-    const Motion& motion = *new (motions + b)
-        Motion(b == 0 ? RootMotion(*data)
-                      : Follow(body, motions[body.parent], sines, cosines,
-                               data->qvel));
+    const Motion& motion =
+        *new (motions + b) Motion(b == 0 ? RootMotion(*data)
+                                         : Follow(body, motions[body.parent],
+                                                  sines, cosines, data->qvel));
     if (body.tracked < 0) continue;
     state->position[body.tracked] = motion.position;
     state->rotation[body.tracked] = motion.rotation;

@@ -32,8 +32,8 @@ struct BodyState {
 // is the identity. For a body turned by yaw only, it is that yaw.
 Eigen::Quaterniond Heading(const Eigen::Quaterniond& rotation);
 
-// Reads a character's tracked bodies and joints out of mjData and out of library
-// rows.
+// Reads a character's tracked bodies and joints out of mjData and out of
+// library rows.
 //
 // Thread-safety: immutable. Ownership: copies what it needs. Blocking: never;
 // nothing allocates after construction. Errors: none.
@@ -57,19 +57,19 @@ class BodyReader {
  private:
   struct Hinge {
     int qpos_address, dof_address;
-    double rest;              // qpos where the body's frame is not turned
-    Eigen::Vector3d axis;     // in the body's frame, unit
-    Eigen::Vector3d anchor;   // in the body's frame, m
-    bool has_anchor;          // off the frame's origin
+    double rest;             // qpos where the body's frame is not turned
+    Eigen::Vector3d axis;    // in the body's frame, unit
+    Eigen::Vector3d anchor;  // in the body's frame, m
+    bool has_anchor;         // off the frame's origin
   };
   // A tracked body or an ancestor of one, parents first, the root first.
   struct Body {
-    int parent;                    // index into bodies_
-    Eigen::Vector3d position;      // at rest, in the parent's frame, m
-    Eigen::Quaterniond rotation;   // at rest, in the parent's frame
-    bool is_turned;                // rotation is not the identity
-    int first_hinge, end_hinge;    // of hinges_, from the parent outwards
-    int tracked;                   // index into the state's bodies; -1: none
+    int parent;                   // index into bodies_
+    Eigen::Vector3d position;     // at rest, in the parent's frame, m
+    Eigen::Quaterniond rotation;  // at rest, in the parent's frame
+    bool is_turned;               // rotation is not the identity
+    int first_hinge, end_hinge;   // of hinges_, from the parent outwards
+    int tracked;                  // index into the state's bodies; -1: none
   };
   // Position, rotation and velocities of a body's frame in the world.
   struct Motion;

@@ -97,8 +97,8 @@ void ExpectMotionOf(const mjModel* model, const mjData* data, int id,
       << id;
 }
 
-class BodyReaderOfCharacterTest
-    : public ::testing::TestWithParam<const char*> {};
+class BodyReaderOfCharacterTest : public ::testing::TestWithParam<const char*> {
+};
 
 TEST_P(BodyReaderOfCharacterTest, AgreesWithMuJoCoInAnyState) {
   auto loaded = character::Character::Load(GetParam(), v1::Physics());

@@ -23,12 +23,11 @@ using ::testing::HasSubstr;
 v1::Recipe AllBlocks() {
   v1::Recipe recipe;
   auto* observation = recipe.mutable_task()->mutable_observation();
-  for (const auto block :
-       {v1::Observation::BLOCK_SELF_JOINT_SPACE,
-        v1::Observation::BLOCK_REFERENCE_DIFFERENCE,
-        v1::Observation::BLOCK_PREVIOUS_TARGET,
-        v1::Observation::BLOCK_REFERENCE_CONTACT,
-        v1::Observation::BLOCK_SELF_CONTACT}) {
+  for (const auto block : {v1::Observation::BLOCK_SELF_JOINT_SPACE,
+                           v1::Observation::BLOCK_REFERENCE_DIFFERENCE,
+                           v1::Observation::BLOCK_PREVIOUS_TARGET,
+                           v1::Observation::BLOCK_REFERENCE_CONTACT,
+                           v1::Observation::BLOCK_SELF_CONTACT}) {
     observation->add_blocks(block);
   }
   observation->add_frames_ahead(1);
@@ -91,8 +90,8 @@ class HumanoidMirrorTest : public ::testing::Test {
       partner[pair.right()] = {pair.left(), pair.sign()};
     }
     for (const character::JointInfo& joint : character_->joints()) {
-      const auto [name, sign] = mirrored ? partner.at(joint.name)
-                                         : std::pair{joint.name, 1.0};
+      const auto [name, sign] =
+          mirrored ? partner.at(joint.name) : std::pair{joint.name, 1.0};
       q[joint.qpos_address] = sign * drawn.at(name).first;
       v[joint.dof_address] = sign * drawn.at(name).second;
     }

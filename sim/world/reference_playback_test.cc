@@ -53,10 +53,9 @@ struct Playback {
     mj_kinematics(character->model(), data.get());
     double nearest = 1;
     for (const int geom : character->foot_geoms()[f]) {
-      nearest = std::min(nearest, mj_geomDistance(character->model(),
-                                                  data.get(),
-                                                  character->floor_geom(),
-                                                  geom, 1, nullptr));
+      nearest = std::min(
+          nearest, mj_geomDistance(character->model(), data.get(),
+                                   character->floor_geom(), geom, 1, nullptr));
     }
     return nearest;
   }

@@ -42,8 +42,7 @@ RewardValue ComputeReward(const v1::Reward& recipe, const BodyState& body,
     angular += (reference.angular_velocity[b] - body.angular_velocity[b])
                    .squaredNorm();
   }
-  const double rotation =
-      SumOfSquaredAngles(reference.rotation, body.rotation);
+  const double rotation = SumOfSquaredAngles(reference.rotation, body.rotation);
   const double per_body = 1.0 / static_cast<double>(bodies);
   const double per_axis = per_body / 3;
   RewardValue value;

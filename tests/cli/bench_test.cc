@@ -25,8 +25,7 @@ TEST(Bench, MeasuresEverySectionWithTheDefaultRecipe) {
   const std::string out = Scratch("bench.json");
   const std::string log = Scratch("log");
   const auto child = Subprocess::Start(
-      {.argv = {JoinPath(std::getenv("TEST_SRCDIR"),
-                         "sinew/tools/sinew/sinew"),
+      {.argv = {JoinPath(std::getenv("TEST_SRCDIR"), "sinew/tools/sinew/sinew"),
                 "bench", "--out", out, "--rounds", "1", "--updates", "1"},
        .output_file = log});
   ASSERT_THAT(child, IsOk());
@@ -38,8 +37,8 @@ TEST(Bench, MeasuresEverySectionWithTheDefaultRecipe) {
   const auto result = nlohmann::json::parse(*ReadFile(out));
   for (const char* path :
        {"/actor/ratio", "/actor/two_threads/ratio", "/actor/other_us",
-        "/actor/products_us", "/learner/gemm_ratio",
-        "/learner/two_rank_ratio", "/transport/gb_per_s"}) {
+        "/actor/products_us", "/learner/gemm_ratio", "/learner/two_rank_ratio",
+        "/transport/gb_per_s"}) {
     const nlohmann::json::json_pointer pointer(path);
     ASSERT_TRUE(result.contains(pointer)) << path << " in " << result.dump(2);
     EXPECT_GT(result.at(pointer).get<double>(), 0) << path;

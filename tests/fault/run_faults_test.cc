@@ -106,9 +106,9 @@ TEST(RunFaultsTest, AnActorThatIsKilledIsReplaced) {
   const auto end = train->Wait(absl::Minutes(2));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
-  EXPECT_EQ(Fingerprint(LatestState(JoinPath(rig.Path("run"), "checkpoints"))),
-            Fingerprint(
-                LatestState(JoinPath(rig.Path("straight"), "checkpoints"))));
+  EXPECT_EQ(
+      Fingerprint(LatestState(JoinPath(rig.Path("run"), "checkpoints"))),
+      Fingerprint(LatestState(JoinPath(rig.Path("straight"), "checkpoints"))));
 }
 
 TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
@@ -150,8 +150,7 @@ TEST(RunFaultsTest, ANewRunBeginsWithTheWeightsOfABundle) {
     const auto bundle = bundle::ReadBundle(folder);
     EXPECT_TRUE(bundle.ok()) << bundle.status();
     const HostTensor& tensor = bundle->weights.at("policy/mean/weight");
-    return std::vector<float>(tensor.float32().begin(),
-                              tensor.float32().end());
+    return std::vector<float>(tensor.float32().begin(), tensor.float32().end());
   };
   const auto expected = weights(init);
   const auto found = weights(rig.Path("init") + "/bundle");

@@ -130,9 +130,9 @@ std::string TrainingRig::AwaitAddress(Subprocess& process,
 
 int TrainingRig::Rows(const std::string& run) const {
   const auto text = ReadFile(JoinPath(Path(run), "metrics.jsonl"));
-  return text.ok() ? static_cast<int>(
-                         std::count(text->begin(), text->end(), '\n'))
-                   : 0;
+  return text.ok()
+             ? static_cast<int>(std::count(text->begin(), text->end(), '\n'))
+             : 0;
 }
 
 void TrainingRig::AwaitRows(Subprocess& process, const std::string& run,
@@ -180,13 +180,13 @@ std::string Fingerprint(const learner::Trainer::State& state) {
 
 std::vector<pid_t> ChildrenOf(pid_t pid) {
   std::vector<pid_t> children;
-  for (const std::string& name : ListDirectory("/proc").value_or(
-           std::vector<std::string>())) {
+  for (const std::string& name :
+       ListDirectory("/proc").value_or(std::vector<std::string>())) {
     pid_t child = 0;
     if (!absl::SimpleAtoi(name, &child)) continue;
     const auto status = ReadFile(absl::StrCat("/proc/", name, "/status"));
-    if (status.ok() && absl::StrContains(*status, absl::StrCat("\nPPid:\t", pid,
-                                                               "\n"))) {
+    if (status.ok() &&
+        absl::StrContains(*status, absl::StrCat("\nPPid:\t", pid, "\n"))) {
       children.push_back(child);
     }
   }

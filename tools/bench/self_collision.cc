@@ -63,10 +63,10 @@ double Fall(const Body& body, bool lying, int steps) {
   const double begin = CpuSeconds();
   for (int i = 0; i < steps; ++i) {
     for (const character::JointInfo& joint : body.character->joints()) {
-      body.data->qfrc_applied[joint.dof_address] = std::clamp(
-          joint.stiffness * (joint.default_position -
-                             body.data->qpos[joint.qpos_address]),
-          -joint.torque_limit, joint.torque_limit);
+      body.data->qfrc_applied[joint.dof_address] =
+          std::clamp(joint.stiffness * (joint.default_position -
+                                        body.data->qpos[joint.qpos_address]),
+                     -joint.torque_limit, joint.torque_limit);
     }
     mj_step(body.character->model(), body.data.get());
   }

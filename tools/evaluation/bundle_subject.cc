@@ -23,10 +23,9 @@ absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
   auto subject = MakeSubject(recipe, std::move(character), std::move(library),
                              read.graph, read.weights);
   if (!subject.ok()) {
-    return absl::Status(
-        subject.status().code(),
-        absl::StrCat(motions, ": does not fit bundle ", bundle, ": ",
-                     subject.status().message()));
+    return absl::Status(subject.status().code(),
+                        absl::StrCat(motions, ": does not fit bundle ", bundle,
+                                     ": ", subject.status().message()));
   }
   return BundleSubject{.subject = *std::move(subject),
                        .manifest = std::move(read.manifest)};

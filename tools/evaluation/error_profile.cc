@@ -23,9 +23,8 @@ void ErrorProfile::Add(const v1::EvaluationStart& start, int frame,
   SINEW_DCHECK(start.clip() == clip_);
   const int64_t at = int64_t{start.start_frame()} + frame;
   const int64_t frames = library_->clip(clip_).num_frames();
-  const int64_t phase = library_->clip(clip_).loops()
-                            ? at % frames
-                            : std::min(at, frames - 1);
+  const int64_t phase =
+      library_->clip(clip_).loops() ? at % frames : std::min(at, frames - 1);
   const auto bin = static_cast<size_t>(phase * bins_ / frames);
   reference_->Load(*library_, clip_, at);
   const float* positions = reference_->view().body_position;

@@ -46,7 +46,7 @@ class ErrorProfile {
   const int clip_;
   const int bins_;
   std::unique_ptr<motion::ReferenceFrame> reference_;
-  std::vector<double> sum_mm_;  // [bodies, bins]
+  std::vector<double> sum_mm_;   // [bodies, bins]
   std::vector<int64_t> visits_;  // [bins]
 };
 

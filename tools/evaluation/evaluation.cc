@@ -59,10 +59,9 @@ class GroupProfiles {
 absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
                                     const EvaluationOptions& options,
                                     const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(
-      const std::vector<v1::EvaluationStart> starts,
-      MakeEvaluationStarts(subject.library().manifest(), options.starts,
-                           options.seconds));
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
+                         MakeEvaluationStarts(subject.library().manifest(),
+                                              options.starts, options.seconds));
   GroupProfiles profiles(subject, starts, options.profiles);
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::EvaluationResult> results,

@@ -45,17 +45,16 @@ Json ClipObject(const ClipSummary& clip) {
   return object;
 }
 
-Json ProfileObject(const ErrorProfile& profile, size_t bodies,
-                   double seconds) {
+Json ProfileObject(const ErrorProfile& profile, size_t bodies, double seconds) {
   Json rows = Json::array();
   for (size_t body = 0; body < bodies; ++body) {
     Json row = Json::array();
     for (int bin = 0; bin < profile.bins(); ++bin) {
       // A bin that nobody reached has no error, not a small one.
-      row.push_back(profile.visits(bin) == 0
-                        ? Json(nullptr)
-                        : Json(Rounded(profile.mean_mm(
-                              static_cast<int>(body), bin))));
+      row.push_back(
+          profile.visits(bin) == 0
+              ? Json(nullptr)
+              : Json(Rounded(profile.mean_mm(static_cast<int>(body), bin))));
     }
     rows.push_back(std::move(row));
   }

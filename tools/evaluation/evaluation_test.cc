@@ -41,10 +41,10 @@ Subject RandomSubject(double gain = 0.3) {
   options.network.add_policy_hidden(16);
   options.network.set_last_layer_gain(gain);
   toy = world::testing::MakeToyWorld();
-  auto subject = MakeSubject(toy.recipe, std::move(toy.character),
-                             std::move(toy.library),
-                             *policy::BuildTrackingPolicy(options),
-                             *policy::InitialWeights(options, /*seed=*/3));
+  auto subject =
+      MakeSubject(toy.recipe, std::move(toy.character), std::move(toy.library),
+                  *policy::BuildTrackingPolicy(options),
+                  *policy::InitialWeights(options, /*seed=*/3));
   SINEW_CHECK(subject.ok()) << subject.status().ToString();
   return *std::move(subject);
 }
@@ -52,9 +52,9 @@ Subject RandomSubject(double gain = 0.3) {
 std::string JsonWith(const Subject& subject, EvaluationOptions options) {
   auto evaluation = Evaluate(subject, options, StopToken());
   SINEW_CHECK(evaluation.ok()) << evaluation.status().ToString();
-  return EvaluationJson(
-      subject, options,
-      {.bundle = "b", .manifest_sha256 = "m", .motions = "l"}, *evaluation);
+  return EvaluationJson(subject, options,
+                        {.bundle = "b", .manifest_sha256 = "m", .motions = "l"},
+                        *evaluation);
 }
 
 TEST(Evaluation, GivesTheSameBytesWithAnyNumberOfThreads) {
@@ -71,13 +71,13 @@ TEST(Evaluation, GivesTheSameBytesWithAnyNumberOfThreads) {
 TEST(Evaluation, WritesTheDocumentedFields) {
   const Subject subject = RandomSubject();
 
-  const Json file = Json::parse(
-      JsonWith(subject, {.starts = 3, .seconds = 1, .threads = 2}));
+  const Json file =
+      Json::parse(JsonWith(subject, {.starts = 3, .seconds = 1, .threads = 2}));
 
   for (const char* set : {"overall", "successful", "zero_action"}) {
-    for (const char* field : {"clips", "success_rate", "starts",
-                              "succeeded_starts", "e_g_mpjpe_mm", "e_mpjpe_mm",
-                              "e_acc", "e_vel", "body_mm"}) {
+    for (const char* field :
+         {"clips", "success_rate", "starts", "succeeded_starts", "e_g_mpjpe_mm",
+          "e_mpjpe_mm", "e_acc", "e_vel", "body_mm"}) {
       EXPECT_TRUE(file.at(set).contains(field)) << set << " " << field;
     }
   }

@@ -31,9 +31,9 @@ int FramesToShow(const motion::Library& library, int clip, double seconds) {
   const double asked =
       std::round(seconds * library.manifest().frames_per_second()) + 1;
   const v1::ClipInfo& info = library.clip(clip);
-  const auto most = info.loops() ? asked
-                                 : std::min(asked, static_cast<double>(
-                                                       info.num_frames()));
+  const auto most =
+      info.loops() ? asked
+                   : std::min(asked, static_cast<double>(info.num_frames()));
   return static_cast<int>(std::clamp(most, 2.0, 1e6));
 }
 

@@ -19,7 +19,7 @@ struct Recording {
   double frames_per_second = 0;
   std::vector<double> reference;  // [frames, nq] qpos
   std::vector<double> simulated;  // [frames, nq] qpos
-  bool survived = false;  // false: it ends with the frame that failed
+  bool survived = false;          // false: it ends with the frame that failed
 
   int frames() const {
     return nq == 0 ? 0 : static_cast<int>(simulated.size()) / nq;

@@ -133,8 +133,8 @@ absl::StatusOr<std::vector<v1::EvaluationResult>> RunStarts(
       std::min(static_cast<size_t>(threads), pool.num_groups());
   std::vector<std::unique_ptr<actor::RolloutWorker>> owned;
   for (size_t i = 0; i < workers; ++i) {
-    SINEW_ASSIGN_OR_RETURN(auto worker, actor::RolloutWorker::Create(
-                                            assets, int{kGroupSize}));
+    SINEW_ASSIGN_OR_RETURN(
+        auto worker, actor::RolloutWorker::Create(assets, int{kGroupSize}));
     owned.push_back(std::move(worker));
   }
   {

@@ -51,14 +51,13 @@ absl::StatusOr<Subject> MakeZeroActionSubject(
     std::unique_ptr<const character::Character> character,
     std::unique_ptr<const motion::Library> library) {
   Subject subject;
-  SINEW_ASSIGN_OR_RETURN(
-      subject.assets,
-      actor::RolloutAssets::FromParts(recipe, std::move(character),
-                                      std::move(library)));
+  SINEW_ASSIGN_OR_RETURN(subject.assets,
+                         actor::RolloutAssets::FromParts(
+                             recipe, std::move(character), std::move(library)));
   const world::TrackingTask& task = subject.assets->task();
-  SINEW_ASSIGN_OR_RETURN(const v1::Snapshot zero,
-                         actor::ZeroActionSnapshot(task.observation_width(),
-                                                   task.action_width()));
+  SINEW_ASSIGN_OR_RETURN(
+      const v1::Snapshot zero,
+      actor::ZeroActionSnapshot(task.observation_width(), task.action_width()));
   SINEW_ASSIGN_OR_RETURN(subject.zero_action, Prepare(zero, *subject.assets));
   subject.policy = subject.zero_action;
   return subject;
@@ -70,8 +69,8 @@ absl::StatusOr<Subject> MakeSubject(
     std::unique_ptr<const motion::Library> library,
     const v1::PolicyGraph& graph, const TensorMap& weights) {
   SINEW_ASSIGN_OR_RETURN(
-      Subject subject, MakeZeroActionSubject(recipe, std::move(character),
-                                             std::move(library)));
+      Subject subject,
+      MakeZeroActionSubject(recipe, std::move(character), std::move(library)));
   v1::Snapshot snapshot;
   *snapshot.mutable_graph() = graph;
   snapshot.set_weights(SerializeSafetensors(weights));

@@ -42,8 +42,7 @@ Json MeshShape(const mjModel& model, int geom) {
   mju_addTo3(centre, model.geom_pos + 3 * geom);
   const auto longest = static_cast<int>(
       std::max_element(half.begin(), half.end()) - half.begin());
-  const double radius =
-      (half[0] + half[1] + half[2] - half[longest]) / 2;
+  const double radius = (half[0] + half[1] + half[2] - half[longest]) / 2;
   if (half[longest] < kSlender * radius) {
     return Shape("box", half, centre, quat);
   }

@@ -79,8 +79,8 @@ class Showing {
         cache_(std::move(cache)) {}
 
   absl::Status Add(const std::vector<size_t>& order, Json* clips) {
-    const int total = std::min(options_.pictures,
-                               static_cast<int>(order.size()));
+    const int total =
+        std::min(options_.pictures, static_cast<int>(order.size()));
     for (const size_t i : order) {
       if (stop_.stop_requested()) {
         return absl::CancelledError("report: stopped before its end");
@@ -171,8 +171,8 @@ absl::StatusOr<std::string> WriteMotionReport(
   report["note"] = showing.note();
   report["bodies"] = BodyShapes(*character.model());
   const std::string path = JoinPath(library, "report.html");
-  SINEW_RETURN_IF_ERROR(WriteFileAtomically(
-      path, MakePage(report, showing.TakeTrajectories())));
+  SINEW_RETURN_IF_ERROR(
+      WriteFileAtomically(path, MakePage(report, showing.TakeTrajectories())));
   return path;
 }
 

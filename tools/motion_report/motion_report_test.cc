@@ -168,9 +168,9 @@ TEST(Trajectory, HasTheSourceInTheSamePlace) {
 }
 
 TEST(Trajectory, NeedsBodies) {
-  EXPECT_THAT(MakeTrajectory({}, 30, {}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("body_position")));
+  EXPECT_THAT(
+      MakeTrajectory({}, 30, {}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("body_position")));
 }
 
 TEST(Page, LetsNoDataActAsMarkup) {
@@ -219,15 +219,18 @@ class ImportedLibrary : public ::testing::Test {
     const std::string log = JoinPath(folder_, "browser.log");
     SINEW_CHECK(RemoveRecursively(log).ok());
     std::vector<std::string> argv = {
-        "chromium-headless-shell", "--no-sandbox", "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader", "--disable-dev-shm-usage",
-        "--hide-scrollbars", "--virtual-time-budget=1500",
+        "chromium-headless-shell",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--disable-dev-shm-usage",
+        "--hide-scrollbars",
+        "--virtual-time-budget=1500",
         absl::StrCat("--user-data-dir=", JoinPath(folder_, "profile"))};
     argv.insert(argv.end(), flags.begin(), flags.end());
     argv.push_back(absl::StrCat("file://", page));
-    auto browser = Subprocess::Start({.argv = argv,
-                                      .environment = {{"HOME", folder_}},
-                                      .output_file = log});
+    auto browser = Subprocess::Start(
+        {.argv = argv, .environment = {{"HOME", folder_}}, .output_file = log});
     SINEW_CHECK(browser.ok()) << browser.status().ToString();
     const auto exit = (*browser)->Wait(absl::Minutes(3));
     SINEW_CHECK(exit.ok() && exit->ok()) << *ReadFile(log);
@@ -268,14 +271,14 @@ TEST_F(ImportedLibrary, IsShownAndPlayedByARealBrowser) {
   const std::string dom =
       Browse(*path, {"--dump-dom", "--window-size=1300,1400"});
 
-  EXPECT_THAT(dom, AllOf(HasSubstr("2 of 3 clips"), HasSubstr("march &lt;b&gt;"),
-                         HasSubstr("broken.txt"), HasSubstr("retarget error"),
-                         HasSubstr("Limits: what warns"),
-                         HasSubstr("data:image/jpeg"),
-                         Not(HasSubstr("has no WebGL"))));
+  EXPECT_THAT(
+      dom, AllOf(HasSubstr("2 of 3 clips"), HasSubstr("march &lt;b&gt;"),
+                 HasSubstr("broken.txt"), HasSubstr("retarget error"),
+                 HasSubstr("Limits: what warns"), HasSubstr("data:image/jpeg"),
+                 Not(HasSubstr("has no WebGL"))));
   const std::string picture = JoinPath(folder_, "page.png");
-  Browse(*path, {absl::StrCat("--screenshot=", picture),
-                 "--window-size=1300,1400"});
+  Browse(*path,
+         {absl::StrCat("--screenshot=", picture), "--window-size=1300,1400"});
   const Colours colours = ColoursOf(picture);
   EXPECT_GT(colours.different.size(), 1000u);
   EXPECT_GT(colours.teal, 2000);   // of a body of some 150 x 300 pixels

@@ -13,15 +13,14 @@ std::string Elements(const std::vector<Trajectory>& trajectories) {
   std::string elements;
   for (size_t i = 0; i < trajectories.size(); ++i) {
     const Trajectory& shown = trajectories[i];
-    const nlohmann::json json = {
-        {"fps", shown.frames_per_second},
-        {"frames", shown.frames},
-        {"bodies", shown.bodies},
-        {"cut", shown.cut},
-        {"body_position", shown.body_position},
-        {"body_rotation", shown.body_rotation},
-        {"source_parents", shown.source_parents},
-        {"source_position", shown.source_position}};
+    const nlohmann::json json = {{"fps", shown.frames_per_second},
+                                 {"frames", shown.frames},
+                                 {"bodies", shown.bodies},
+                                 {"cut", shown.cut},
+                                 {"body_position", shown.body_position},
+                                 {"body_rotation", shown.body_rotation},
+                                 {"source_parents", shown.source_parents},
+                                 {"source_position", shown.source_position}};
     absl::StrAppend(&elements,
                     "<script type=\"application/json\" id=\"trajectory-", i,
                     "\">", report::InertJson(json), "</script>\n");
@@ -34,11 +33,11 @@ std::string Elements(const std::vector<Trajectory>& trajectories) {
 std::string MakePage(const nlohmann::json& report,
                      const std::vector<Trajectory>& trajectories) {
   // One pass: what is put in is not searched again.
-  return absl::StrReplaceAll(
-      kReportHtml, {{"/*report.css*/", kReportCss},
-                    {"/*report.js*/", kReportJs},
-                    {"/*data*/", report::InertJson(report)},
-                    {"<!--trajectories-->", Elements(trajectories)}});
+  return absl::StrReplaceAll(kReportHtml,
+                             {{"/*report.css*/", kReportCss},
+                              {"/*report.js*/", kReportJs},
+                              {"/*data*/", report::InertJson(report)},
+                              {"<!--trajectories-->", Elements(trajectories)}});
 }
 
 }  // namespace sinew::motion_report

@@ -35,8 +35,8 @@ absl::StatusOr<absl::Span<const float>> Rows(const TensorMap& frames,
 }
 
 // [frames, nq]
-absl::StatusOr<std::vector<double>> Poses(
-    const character::Character& character, const TensorMap& frames) {
+absl::StatusOr<std::vector<double>> Poses(const character::Character& character,
+                                          const TensorMap& frames) {
   const size_t joints = character.joints().size();
   const auto nq = static_cast<size_t>(character.model()->nq);
   SINEW_ASSIGN_OR_RETURN(const auto position, Rows(frames, "root_position", 3));
@@ -64,10 +64,9 @@ absl::StatusOr<std::vector<double>> Poses(
 
 absl::StatusOr<std::unique_ptr<StripDrawer>> StripDrawer::Create(
     const character::Character& character) {
-  SINEW_ASSIGN_OR_RETURN(
-      auto renderer,
-      render::OffscreenRenderer::Create(render::PictureModel(character),
-                                        kWidth, kHeight));
+  SINEW_ASSIGN_OR_RETURN(auto renderer,
+                         render::OffscreenRenderer::Create(
+                             render::PictureModel(character), kWidth, kHeight));
   return absl::WrapUnique(new StripDrawer(character, std::move(renderer)));
 }
 
@@ -81,9 +80,9 @@ absl::StatusOr<std::string> StripDrawer::Draw(const TensorMap& frames,
                          Poses(character_, frames));
   SINEW_ASSIGN_OR_RETURN(
       const render::Image strip,
-      render::ReferenceStrip(
-          *renderer_, {poses, static_cast<int>(character_.model()->nq)},
-          kColumns, rate));
+      render::ReferenceStrip(*renderer_,
+                             {poses, static_cast<int>(character_.model()->nq)},
+                             kColumns, rate));
   SINEW_ASSIGN_OR_RETURN(const std::string jpeg,
                          render::EncodeJpeg(strip, kQuality));
   return absl::StrCat("data:image/jpeg;base64,", absl::Base64Escape(jpeg));

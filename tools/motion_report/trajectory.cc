@@ -63,12 +63,13 @@ absl::StatusOr<Trajectory> MakeTrajectory(const TensorMap& frames, double rate,
         "clip: body_position and body_rotation: expected as many frames");
   }
   // The same step as that of the source's preview.
-  const auto step = static_cast<int64_t>(
-      std::max(1.0, std::round(rate / kShownRate)));
+  const auto step =
+      static_cast<int64_t>(std::max(1.0, std::round(rate / kShownRate)));
   Trajectory shown;
   shown.frames_per_second = rate / static_cast<double>(step);
   const auto limit = static_cast<int64_t>(
-      std::lround(kShownSeconds * shown.frames_per_second)) + 1;
+                         std::lround(kShownSeconds * shown.frames_per_second)) +
+                     1;
   const int64_t available = (count + step - 1) / step;
   shown.frames = static_cast<int>(std::min(limit, available));
   shown.cut = available > limit;
@@ -89,8 +90,7 @@ absl::StatusOr<Trajectory> MakeTrajectory(const TensorMap& frames, double rate,
   shown.source_parents = source.parents;
   shown.source_position = absl::Base64Escape(PackPoints(
       absl::MakeConstSpan(source.positions)
-          .subspan(0, 3 * static_cast<size_t>(shown.frames) *
-                          source.joints()),
+          .subspan(0, 3 * static_cast<size_t>(shown.frames) * source.joints()),
       x, y));
   return shown;
 }

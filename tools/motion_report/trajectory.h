@@ -20,15 +20,14 @@ struct Trajectory {
   double frames_per_second = 0;
   int frames = 0;
   int bodies = 0;
-  std::string body_position;  // [frames, bodies, 3] base64
-  std::string body_rotation;  // [frames, bodies, 4] base64
+  std::string body_position;        // [frames, bodies, 3] base64
+  std::string body_rotation;        // [frames, bodies, 4] base64
   std::vector<int> source_parents;  // [joints]; empty: no source skeleton
   std::string source_position;      // [frames, joints, 3] base64
   bool cut = false;                 // the clip is longer
 
   size_t bytes() const {
-    return body_position.size() + body_rotation.size() +
-           source_position.size();
+    return body_position.size() + body_rotation.size() + source_position.size();
   }
 };
 

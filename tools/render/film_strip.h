@@ -40,8 +40,8 @@ absl::StatusOr<Image> ReferenceStrip(OffscreenRenderer& renderer,
                                      const PoseRows& reference, int columns,
                                      double frames_per_second = 0);
 
-// One moment of a film of the reference alone, seen as in a strip, with its time
-// if `frames_per_second` > 0. INVALID_ARGUMENT: a frame that it has not.
+// One moment of a film of the reference alone, seen as in a strip, with its
+// time if `frames_per_second` > 0. INVALID_ARGUMENT: a frame that it has not.
 absl::StatusOr<Image> FilmFrame(OffscreenRenderer& renderer,
                                 const PoseRows& reference, int frame,
                                 double frames_per_second = 0);

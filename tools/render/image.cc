@@ -63,9 +63,9 @@ absl::StatusOr<std::string> EncodeJpeg(const Image& image, int quality) {
   std::string bytes;
   if (stbi_write_jpg_to_func(&Append, &bytes, image.width, image.height,
                              kChannels, image.rgb.data(), quality) == 0) {
-    return absl::InternalError(absl::StrCat(
-        "jpeg: could not encode ", image.width, " x ", image.height,
-        " pixels"));
+    return absl::InternalError(absl::StrCat("jpeg: could not encode ",
+                                            image.width, " x ", image.height,
+                                            " pixels"));
   }
   return bytes;
 }

@@ -58,8 +58,8 @@ absl::Status WriteVideo(int frames,
                         const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckEncoder(options));
   const std::string folder = path + ".frames";
-  const auto remove = absl::MakeCleanup(
-      [&folder] { RemoveRecursively(folder).IgnoreError(); });
+  const auto remove =
+      absl::MakeCleanup([&folder] { RemoveRecursively(folder).IgnoreError(); });
   SINEW_RETURN_IF_ERROR(RemoveRecursively(folder));
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder));
   for (int frame = 0; frame < frames; ++frame) {

@@ -16,12 +16,21 @@ constexpr std::array<const char*, 4> kPositions = {"iteration", "wall_s",
                                                    "train_s", "samples"};
 
 // Copied as they are.
-constexpr std::array<const char*, 15> kValues = {
-    "reward",          "episode_steps",        "kl",
-    "clip_fraction",   "policy_loss",          "value_loss",
-    "epochs",          "policy_gradient_norm", "value_gradient_norm",
-    "explained_variance", "policy_learning_rate", "value_learning_rate",
-    "std_factor",      "policy_lag",           "diverged"};
+constexpr std::array<const char*, 15> kValues = {"reward",
+                                                 "episode_steps",
+                                                 "kl",
+                                                 "clip_fraction",
+                                                 "policy_loss",
+                                                 "value_loss",
+                                                 "epochs",
+                                                 "policy_gradient_norm",
+                                                 "value_gradient_norm",
+                                                 "explained_variance",
+                                                 "policy_learning_rate",
+                                                 "value_learning_rate",
+                                                 "std_factor",
+                                                 "policy_lag",
+                                                 "diverged"};
 
 constexpr std::array<const char*, 4> kRewardTerms = {
     "reward_position", "reward_rotation", "reward_linear", "reward_angular"};
@@ -93,8 +102,7 @@ Json TrainingCurves(const std::vector<Json>& rows) {
   Json columns = Json::object();
   const size_t width = (rows.size() + kMaxPoints - 1) / kMaxPoints;
   for (size_t first = 0; first < rows.size(); first += width) {
-    const Bucket bucket{rows, first,
-                        std::min(first + width, rows.size()) - 1};
+    const Bucket bucket{rows, first, std::min(first + width, rows.size()) - 1};
     for (const char* name : kPositions) {
       columns[name].push_back(Number(Value(rows[bucket.last], name)));
     }
@@ -103,12 +111,11 @@ Json TrainingCurves(const std::vector<Json>& rows) {
           bucket.Mean([&](const Json& row) { return Value(row, name); }));
     }
     for (size_t term = 0; term < kRewardTerms.size(); ++term) {
-      columns[kRewardTerms[term]].push_back(bucket.Mean(
-          [&](const Json& row) { return RewardTerm(row, term); }));
+      columns[kRewardTerms[term]].push_back(
+          bucket.Mean([&](const Json& row) { return RewardTerm(row, term); }));
     }
-    columns["tracking_mm"].push_back(bucket.Mean([](const Json& row) {
-      return 1000 * Value(row, "body_distance_m");
-    }));
+    columns["tracking_mm"].push_back(bucket.Mean(
+        [](const Json& row) { return 1000 * Value(row, "body_distance_m"); }));
     columns["fail_share"].push_back(bucket.Mean(FailShare));
     columns["samples_per_s"].push_back(bucket.SamplesPerSecond());
   }
@@ -125,11 +132,10 @@ Json EvaluationCurves(const std::vector<Json>& rows) {
       columns[name].push_back(Number(Value(row, name)));
     }
     const double starts = Value(*eval, "starts");
-    columns["succeeded_share"].push_back(
-        Number(starts > 0 ? Value(*eval, "succeeded_starts") / starts
-                          : kAbsent));
-    for (const char* name : {"survived_share", "e_g_mpjpe_mm", "e_mpjpe_mm",
-                             "e_vel", "e_acc"}) {
+    columns["succeeded_share"].push_back(Number(
+        starts > 0 ? Value(*eval, "succeeded_starts") / starts : kAbsent));
+    for (const char* name :
+         {"survived_share", "e_g_mpjpe_mm", "e_mpjpe_mm", "e_vel", "e_acc"}) {
       columns[name].push_back(Number(Value(*eval, name)));
     }
   }

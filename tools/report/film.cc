@@ -31,8 +31,7 @@ absl::StatusOr<std::string> DataUri(const render::Image& image) {
 // Frames of the recording that the sheet shows.
 std::vector<int> Moments(const evaluation::Recording& recording,
                          double per_second) {
-  const double step =
-      std::max(1.0, recording.frames_per_second / per_second);
+  const double step = std::max(1.0, recording.frames_per_second / per_second);
   std::vector<int> moments;
   for (double at = 0; std::lround(at) < recording.frames(); at += step) {
     moments.push_back(static_cast<int>(std::lround(at)));
@@ -72,30 +71,28 @@ absl::StatusOr<Json> MakeFilm(const evaluation::Subject& subject, int clip,
       evaluation::RecordClip(subject, clip, options.seconds, stop));
   const render::PoseRows reference{recording.reference, recording.nq};
   const render::PoseRows simulated{recording.simulated, recording.nq};
-  SINEW_ASSIGN_OR_RETURN(
-      const auto renderer,
-      render::OffscreenRenderer::Create(
-          render::PictureModel(subject.character()), options.width,
-          options.height));
+  SINEW_ASSIGN_OR_RETURN(const auto renderer,
+                         render::OffscreenRenderer::Create(
+                             render::PictureModel(subject.character()),
+                             options.width, options.height));
   const std::vector<int> moments =
       Moments(recording, options.pictures_per_second);
-  SINEW_ASSIGN_OR_RETURN(
-      const render::Image sheet,
-      Sheet(*renderer, reference, simulated, moments, stop));
+  SINEW_ASSIGN_OR_RETURN(const render::Image sheet,
+                         Sheet(*renderer, reference, simulated, moments, stop));
   SINEW_ASSIGN_OR_RETURN(
       const render::Image strip,
       render::FilmStrip(*renderer, reference, simulated, options.strip_columns,
                         recording.frames_per_second));
-  Json film = {{"clip", subject.library().clip(clip).name()},
-               {"survived", recording.survived},
-               {"seconds", (recording.frames() - 1) /
-                               recording.frames_per_second},
-               {"fps", std::min(options.pictures_per_second,
-                                recording.frames_per_second)},
-               {"frames", moments.size()},
-               {"columns", sheet.width / (2 * options.width)},
-               {"width", 2 * options.width},
-               {"height", options.height}};
+  Json film = {
+      {"clip", subject.library().clip(clip).name()},
+      {"survived", recording.survived},
+      {"seconds", (recording.frames() - 1) / recording.frames_per_second},
+      {"fps",
+       std::min(options.pictures_per_second, recording.frames_per_second)},
+      {"frames", moments.size()},
+      {"columns", sheet.width / (2 * options.width)},
+      {"width", 2 * options.width},
+      {"height", options.height}};
   SINEW_ASSIGN_OR_RETURN(film["sheet"], DataUri(sheet));
   SINEW_ASSIGN_OR_RETURN(film["strip"], DataUri(strip));
   return film;

@@ -9,7 +9,7 @@
 namespace sinew::report {
 
 struct FilmOptions {
-  double seconds = 4;           // of the clip
+  double seconds = 4;  // of the clip
   double pictures_per_second = 10;
   int width = 300, height = 330;  // pixels of one body's picture
   int strip_columns = 8;

@@ -13,8 +13,8 @@ namespace sinew::report {
 // nlohmann::basic_json. Pure.
 template <typename Json>
 std::string InertJson(const Json& data) {
-  const std::string text = data.dump(-1, ' ', /*ensure_ascii=*/true,
-                                     Json::error_handler_t::replace);
+  const std::string text =
+      data.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
   return absl::StrReplaceAll(
       text, {{"<", "\\u003c"}, {">", "\\u003e"}, {"&", "\\u0026"}});
 }

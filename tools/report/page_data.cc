@@ -103,8 +103,8 @@ Json Lag(const RunRecord& run) {
   double reissued = 0;
   const int64_t of_recipe = RecipeOf(run).rollouts().max_policy_lag();
   for (const Json& row : run.rows) {
-    ++counts[static_cast<int64_t>(NumberAt(
-        row, {"policy_lag"}, static_cast<double>(of_recipe)))];
+    ++counts[static_cast<int64_t>(
+        NumberAt(row, {"policy_lag"}, static_cast<double>(of_recipe)))];
     reissued = std::max(reissued, NumberAt(row, {"orders_reissued"}));
   }
   Json object = {{"max", of_recipe}, {"reissued", reissued}};
@@ -124,14 +124,14 @@ Json Reproduce(const RunRecord& run, const PageContext& context) {
     absl::StrAppend(&files, " ", ShellWord(clip.source_file()));
   }
   if (!files.empty() && context.library.clips_size() <= 8) {
-    commands.push_back(absl::StrCat(
-        "./sinew motion import --character ",
-        ShellWord(context.library.character()), " --out ", library, files));
+    commands.push_back(absl::StrCat("./sinew motion import --character ",
+                                    ShellWord(context.library.character()),
+                                    " --out ", library, files));
   }
-  std::string train = absl::StrCat(
-      "./sinew train --recipe ",
-      ShellWord(absl::StrCat(run.directory, "/config.textproto")),
-      " --motions ", library, " --run runs/again");
+  std::string train =
+      absl::StrCat("./sinew train --recipe ",
+                   ShellWord(absl::StrCat(run.directory, "/config.textproto")),
+                   " --motions ", library, " --run runs/again");
   if (!run.rows.empty()) {
     absl::StrAppendFormat(&train, " --iterations %.0f",
                           NumberAt(run.rows.back(), {"iteration"}));
@@ -143,8 +143,8 @@ Json Reproduce(const RunRecord& run, const PageContext& context) {
       absl::EndsWith(run.bundle, "bundle_best") ? "bundle_best" : "bundle",
       library, NumberAt(eval, {"seconds"}, 10),
       NumberAt(eval, {"starts_per_clip"}, 32)));
-  commands.push_back(absl::StrCat("./sinew report --run runs/again --motions ",
-                                  library));
+  commands.push_back(
+      absl::StrCat("./sinew report --run runs/again --motions ", library));
   return commands;
 }
 

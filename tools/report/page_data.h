@@ -10,11 +10,11 @@ namespace sinew::report {
 
 // What the run directory does not say.
 struct PageContext {
-  std::string motions;           // library folder; empty: unknown
-  v1::MotionLibrary library;     // its manifest; no clips: unknown
-  Json film;                     // film.h; null: no pictures, `film_note` why
+  std::string motions;        // library folder; empty: unknown
+  v1::MotionLibrary library;  // its manifest; no clips: unknown
+  Json film;                  // film.h; null: no pictures, `film_note` why
   std::string film_note;
-  std::string build;             // of the program that writes the report
+  std::string build;  // of the program that writes the report
 };
 
 // Everything that the page (page/report.js) shows, as one JSON object:

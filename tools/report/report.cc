@@ -36,8 +36,8 @@ absl::Status AddFilm(const ReportOptions& options, const StopToken& stop,
     return absl::OkStatus();
   }
   SINEW_ASSIGN_OR_RETURN(
-      const int clip, evaluation::FindClip(subject->subject.library(),
-                                           options.clip));
+      const int clip,
+      evaluation::FindClip(subject->subject.library(), options.clip));
   auto film = MakeFilm(subject->subject, clip, FilmOptions(), stop);
   if (film.ok()) {
     context->film = *std::move(film);
@@ -70,9 +70,8 @@ absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
       context.film_note = "The run has no bundle.";
     }
   }
-  const std::string out = options.out.empty()
-                              ? JoinPath(options.run, "report.html")
-                              : options.out;
+  const std::string out =
+      options.out.empty() ? JoinPath(options.run, "report.html") : options.out;
   SINEW_RETURN_IF_ERROR(
       WriteFileAtomically(out, MakePage(MakePageData(run, context))));
   return out;

@@ -40,23 +40,25 @@ using ::testing::SizeIs;
 
 // Two seconds of two cores per iteration; an evaluation every fifth.
 Json Row(int iteration) {
-  Json row = {{"iteration", iteration},
-              {"wall_s", 2.0 * iteration},
-              {"train_s", 1.5 * iteration},
-              {"samples", 1000 * iteration},
-              {"reward", 0.5 + 0.01 * iteration},
-              {"reward_terms", {0.1, 0.2, 0.3, 0.4}},
-              {"body_distance_m", 0.05},
-              {"episodes", 10},
-              {"failed_episodes", 5},
-              {"kl", 0.02},
-              {"cores", 2},
-              {"ranks", 2},
-              {"seconds",
-               {{"simulate", 1.5}, {"infer", 0.25}, {"learn", 0.5}}}};
+  Json row = {
+      {"iteration", iteration},
+      {"wall_s", 2.0 * iteration},
+      {"train_s", 1.5 * iteration},
+      {"samples", 1000 * iteration},
+      {"reward", 0.5 + 0.01 * iteration},
+      {"reward_terms", {0.1, 0.2, 0.3, 0.4}},
+      {"body_distance_m", 0.05},
+      {"episodes", 10},
+      {"failed_episodes", 5},
+      {"kl", 0.02},
+      {"cores", 2},
+      {"ranks", 2},
+      {"seconds", {{"simulate", 1.5}, {"infer", 0.25}, {"learn", 0.5}}}};
   if (iteration % 5 == 0) {
-    row["eval"] = {{"iteration", iteration},  {"starts", 32},
-                   {"succeeded_starts", 8},   {"survived_share", 0.5},
+    row["eval"] = {{"iteration", iteration},
+                   {"starts", 32},
+                   {"succeeded_starts", 8},
+                   {"survived_share", 0.5},
                    {"e_g_mpjpe_mm", 60.0}};
   }
   return row;
@@ -69,9 +71,9 @@ std::vector<Json> Rows(int count) {
 }
 
 std::string NewFolder() {
-  const std::string folder = JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const std::string folder =
+      JoinPath(::testing::TempDir(),
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
   SINEW_CHECK(RemoveRecursively(folder).ok());
   SINEW_CHECK(MakeDirectories(folder).ok());
   return folder;
@@ -225,8 +227,11 @@ std::string Browse(const std::string& page, const std::string& folder,
   const std::string log = JoinPath(folder, "browser.log");
   SINEW_CHECK(RemoveRecursively(log).ok());
   std::vector<std::string> argv = {
-      "chromium-headless-shell", "--no-sandbox", "--disable-gpu",
-      "--disable-dev-shm-usage", "--hide-scrollbars",
+      "chromium-headless-shell",
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-dev-shm-usage",
+      "--hide-scrollbars",
       "--virtual-time-budget=2000",
       absl::StrCat("--user-data-dir=", JoinPath(folder, "profile"))};
   argv.insert(argv.end(), flags.begin(), flags.end());
@@ -296,12 +301,12 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
   const std::string dom = Browse(*path, folder_, {"--dump-dom"});
 
   EXPECT_THAT(dom, HasSubstr("3 clips · toy_recipe"));
-  EXPECT_THAT(dom, AllOf(HasSubstr("of 6 starts"), HasSubstr("In motion"),
-                         HasSubstr("Learning curves"), HasSubstr("tumble"),
-                         HasSubstr("Where core-seconds went"),
-                         HasSubstr("format_version: 1"),
-                         HasSubstr("./sinew train")));
-  EXPECT_GE(Count(dom, "<svg"), 8u);            // curves and heat map
+  EXPECT_THAT(
+      dom, AllOf(HasSubstr("of 6 starts"), HasSubstr("In motion"),
+                 HasSubstr("Learning curves"), HasSubstr("tumble"),
+                 HasSubstr("Where core-seconds went"),
+                 HasSubstr("format_version: 1"), HasSubstr("./sinew train")));
+  EXPECT_GE(Count(dom, "<svg"), 8u);             // curves and heat map
   EXPECT_GE(Count(dom, "data:image/jpeg"), 2u);  // sheet and strip
   const std::string picture = JoinPath(folder_, "page.png");
   Browse(*path, folder_,

@@ -18,8 +18,8 @@ struct RunRecord {
   std::vector<Json> rows;  // metrics.jsonl; objects, in order
   Json evaluation;         // eval.json; null: not evaluated
   // The bundle that was evaluated, else the run's last one.
-  std::string bundle;      // its folder; there may be nothing
-  Json manifest;           // its manifest.json; null: no bundle
+  std::string bundle;  // its folder; there may be nothing
+  Json manifest;       // its manifest.json; null: no bundle
   // Sentences about what is absent or could not be read.
   std::vector<std::string> notes;
 };

@@ -28,8 +28,7 @@ absl::Status RunActorCommand(const ActorOptions& options,
 void AddActorCommand(CLI::App& app, Action& action) {
   auto options = std::make_shared<ActorOptions>();
   CLI::App* command = AddSubcommand<ActorOptions>(
-      app, "actor", "simulate for a learner", options, action,
-      RunActorCommand);
+      app, "actor", "simulate for a learner", options, action, RunActorCommand);
   actor::RunActorOptions& run = options->run;
   command
       ->add_option("--learner", run.dispatcher_address,

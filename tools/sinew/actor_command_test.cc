@@ -24,8 +24,8 @@ class ActorCommand : public ::testing::Test {
   }
 
   absl::Status Run(const std::string& arguments, const StopToken& stop = {}) {
-    app_.parse(absl::StrCat("actor --cache ", folder_.path(), "/cache ",
-                            arguments));
+    app_.parse(
+        absl::StrCat("actor --cache ", folder_.path(), "/cache ", arguments));
     return action_(stop);
   }
 

@@ -39,8 +39,8 @@ struct ServeOptions {
 struct StoreOptions {
   std::string store;
   rpc::Security security;
-  std::string name;      // id or alias
-  std::string folder;    // to read or to make
+  std::string name;    // id or alias
+  std::string folder;  // to read or to make
   std::string kind;
   std::string id;
   std::string expected;
@@ -88,10 +88,9 @@ void PrintArtifact(const v1::Artifact& artifact,
   for (const v1::Alias& alias : list.aliases()) {
     if (alias.id() == artifact.id()) aliases.push_back(alias.name());
   }
-  const std::string created =
-      absl::FormatTime("%Y-%m-%dT%H:%M:%SZ",
-                       absl::FromUnixSeconds(artifact.created_unix_s()),
-                       absl::UTCTimeZone());
+  const std::string created = absl::FormatTime(
+      "%Y-%m-%dT%H:%M:%SZ", absl::FromUnixSeconds(artifact.created_unix_s()),
+      absl::UTCTimeZone());
   absl::PrintF("%-24s %-8s %9d %5d %10.2f %-20s %s\n", artifact.id(),
                artifact.kind(), artifact.iteration(), artifact.files_size(),
                static_cast<double>(bytes) / 1e6, created,
@@ -169,8 +168,8 @@ CLI::App* AddVerb(CLI::App& app, Action& action, const std::string& name,
                   const std::string& description,
                   const std::shared_ptr<StoreOptions>& options,
                   absl::Status (*run)(const StoreOptions&, const StopToken&)) {
-  CLI::App* command = AddSubcommand<StoreOptions>(app, name, description,
-                                                  options, action, run);
+  CLI::App* command =
+      AddSubcommand<StoreOptions>(app, name, description, options, action, run);
   command
       ->add_option("--store", options->store,
                    "a folder, or a service at HOST:PORT or unix:PATH")

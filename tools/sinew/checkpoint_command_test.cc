@@ -96,9 +96,7 @@ TEST_F(CheckpointCommand, SpeaksTls) {
   const rpc::Security security = rpc::MakeCertificates(folder_.path(), "a");
   const rpc::Security stranger = rpc::MakeCertificates(folder_.path(), "b");
   const auto server = checkpoint::CheckpointServer::Start(
-      {.address = "127.0.0.1:0",
-       .folder = Path("store"),
-       .security = security},
+      {.address = "127.0.0.1:0", .folder = Path("store"), .security = security},
       clock_);
   ASSERT_THAT(server, IsOk());
   const auto flags = [](const rpc::Security& tls) {
@@ -121,22 +119,22 @@ TEST_F(CheckpointCommand, ReadsAFolderThatIsBeingServed) {
   ASSERT_THAT(server, IsOk());
 
   EXPECT_THAT(Output("list --store " + Path("store")), IsOk());
-  EXPECT_THAT(Run(absl::StrCat("put ", Path("bundle"),
-                               " --id b --kind bundle --store ",
-                               Path("store"))),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("in use by process")));
+  EXPECT_THAT(
+      Run(absl::StrCat("put ", Path("bundle"), " --id b --kind bundle --store ",
+                       Path("store"))),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               HasSubstr("in use by process")));
 }
 
 TEST_F(CheckpointCommand, ServesUntilItIsStopped) {
   StopSource stop;
   stop.request_stop();
 
-  EXPECT_THAT(Run(absl::StrCat("serve --metrics 127.0.0.1:0 --listen ",
-                               folder_.Address("s"), " --folder ",
-                               Path("store")),
-                  stop.get_token()),
-              IsOk());
+  EXPECT_THAT(
+      Run(absl::StrCat("serve --metrics 127.0.0.1:0 --listen ",
+                       folder_.Address("s"), " --folder ", Path("store")),
+          stop.get_token()),
+      IsOk());
   EXPECT_TRUE(FileExists(Path("store/blobs")));
 }
 
@@ -149,16 +147,16 @@ TEST_F(CheckpointCommand, RefusesAPortAndAFolderThatAreInUse) {
                                " --folder ", Path("other"))),
               StatusIs(absl::StatusCode::kAlreadyExists,
                        HasSubstr((*server)->address())));
-  EXPECT_THAT(Run(absl::StrCat("serve --listen 127.0.0.1:0 --folder ",
-                               Path("store"))),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr(Path("store"))));
+  EXPECT_THAT(
+      Run(absl::StrCat("serve --listen 127.0.0.1:0 --folder ", Path("store"))),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               HasSubstr(Path("store"))));
 }
 
 TEST_F(CheckpointCommand, RefusesPlainTextToOtherMachines) {
-  EXPECT_THAT(Run("list --store store.example:7000"),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("plain text")));
+  EXPECT_THAT(
+      Run("list --store store.example:7000"),
+      StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("plain text")));
 }
 
 TEST_F(CheckpointCommand, NamesAFolderThatIsNoStore) {

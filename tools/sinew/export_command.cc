@@ -59,9 +59,11 @@ absl::Status ExportBest(const ExportOptions& options,
   v1::EvaluatedPolicy evaluated;
   if (snapshot == files.end() || record == files.end() ||
       !evaluated.ParseFromString(*record->second)) {
-    return absl::DataLossError(absl::StrCat(
-        options.run, ": artifact \"best\": expected files snapshot and "
-        "evaluated.pb, found ", files.size(), " others"));
+    return absl::DataLossError(
+        absl::StrCat(options.run,
+                     ": artifact \"best\": expected files snapshot and "
+                     "evaluated.pb, found ",
+                     files.size(), " others"));
   }
   return bundle::ExportRun(options.run,
                            {.snapshot = *snapshot->second,

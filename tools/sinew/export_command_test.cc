@@ -40,10 +40,10 @@ class ExportCommand : public ::testing::Test {
     EXPECT_THAT(WriteFileAtomically(JoinPath(run_, "config.textproto"),
                                     PrintRecipe(toy_.recipe)),
                 IsOk());
-    EXPECT_THAT(bundle::SaveRunInputs(
-                    run_, JoinPath(toy_.folder, "character.textproto"),
-                    *toy_.library),
-                IsOk());
+    EXPECT_THAT(
+        bundle::SaveRunInputs(
+            run_, JoinPath(toy_.folder, "character.textproto"), *toy_.library),
+        IsOk());
   }
 
   std::string Snapshot(double gain) const {

@@ -5,8 +5,8 @@
 
 namespace sinew::tools {
 
-// `sinew motion ...`: libraries of reference clips; what can be done with them is
-// in motion_import.h, motion_inspect.h, motion_map.h, motion_render.h and
+// `sinew motion ...`: libraries of reference clips; what can be done with them
+// is in motion_import.h, motion_inspect.h, motion_map.h, motion_render.h and
 // motion_report.h.
 void AddMotionCommand(CLI::App& app, Action& action);
 

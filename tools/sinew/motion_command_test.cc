@@ -74,9 +74,8 @@ TEST_F(MotionCommandTest, ImportsAFolderAndReportsIt) {
   EXPECT_THAT(printed_, AllOf(HasSubstr("2 clips"), HasSubstr("deepmimic"),
                               HasSubstr("CC0")));
   EXPECT_THAT(Run({"inspect", Path("library"), "--clip", "march"}), IsOk());
-  EXPECT_THAT(printed_,
-              AllOf(HasSubstr("format                 deepmimic"),
-                    HasSubstr("unexplained root force")));
+  EXPECT_THAT(printed_, AllOf(HasSubstr("format                 deepmimic"),
+                              HasSubstr("unexplained root force")));
   EXPECT_THAT(Run({"inspect", Path("library"), "--clip", "walk"}),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("\"walk\"")));
 }
@@ -111,21 +110,21 @@ TEST_F(MotionCommandTest, PrintsTheMapOfASkeletonForEditing) {
   const std::string march = Write("march.txt", import::testing::MarchJson());
 
   EXPECT_THAT(Run({"map", march}), IsOk());
-  EXPECT_THAT(printed_, AllOf(HasSubstr("name: \"deepmimic\""),
-                              HasSubstr("left_hip")));
+  EXPECT_THAT(printed_,
+              AllOf(HasSubstr("name: \"deepmimic\""), HasSubstr("left_hip")));
   EXPECT_THAT(Run({"map", march, "--draft", "--name", "mine"}), IsOk());
-  EXPECT_THAT(printed_, AllOf(HasSubstr("name: \"mine\""),
-                              HasSubstr("left_hip")));
+  EXPECT_THAT(printed_,
+              AllOf(HasSubstr("name: \"mine\""), HasSubstr("left_hip")));
 
   // And back again.
   const std::string map = Write("mine.textproto", printed_);
   EXPECT_THAT(Run({"import", "--out", Path("library"), "--map", map,
                    "--no-html", march}),
               IsOk());
-  EXPECT_THAT(Run({"import", "--out", Path("other"), "--map",
-                   Write("bad.textproto", "name: \"bad\""), march}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("bad.textproto")));
+  EXPECT_THAT(
+      Run({"import", "--out", Path("other"), "--map",
+           Write("bad.textproto", "name: \"bad\""), march}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad.textproto")));
 }
 
 }  // namespace

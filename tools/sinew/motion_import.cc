@@ -96,16 +96,14 @@ class Showing {
 
   void Done(const import::ImportProgress& progress) {
     const import::ClipReport& last = *progress.last;
-    const bool rejected =
-        last.verdict.status == import::ClipStatus::kRejected;
+    const bool rejected = last.verdict.status == import::ClipStatus::kRejected;
     rejected_ += rejected;
     if (quiet_) return;
     if (rejected) {
-      progress_.Line(absl::StrCat("rejected  ", last.verdict.reason.find(
-                                                    last.file) == 0
-                                                    ? ""
-                                                    : last.file + ": ",
-                                  last.verdict.reason));
+      progress_.Line(absl::StrCat(
+          "rejected  ",
+          last.verdict.reason.find(last.file) == 0 ? "" : last.file + ": ",
+          last.verdict.reason));
     }
     const double share = static_cast<double>(progress.done) / progress.total;
     const double passed = clock_.SteadySeconds() - start_;
@@ -178,9 +176,9 @@ void PrintSummary(const std::vector<import::ClipReport>& reports,
       "\n%d ok, %d warned, %d rejected; %.1f minutes of motion in %s; %.1f "
       "core-seconds%s\n",
       ok, warned, rejected, seconds / 60, out, core_seconds,
-      cached > 0 ? absl::StrFormat(", %d unchanged files not read again",
-                                   cached)
-                 : "");
+      cached > 0
+          ? absl::StrFormat(", %d unchanged files not read again", cached)
+          : "");
 }
 
 absl::Status WritePage(const character::Character& character,
@@ -214,8 +212,8 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   std::vector<import::ClipReport> reports;
   bool changed = false;
   importing.changed = &changed;
-  const absl::Status imported = import::ImportFiles(
-      *character, files, importing, options.out, &reports);
+  const absl::Status imported =
+      import::ImportFiles(*character, files, importing, options.out, &reports);
   if (absl::IsCancelled(imported)) return imported;
   // Ends the bar's line before the table.
   showing = std::make_unique<Showing>(options.quiet);
@@ -223,7 +221,8 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   if (absl::IsInvalidArgument(imported) && !reports.empty()) {
     // Nothing for the library, but reasons to be read.
     if (!options.no_html) {
-      SINEW_RETURN_IF_ERROR(WritePage(*character, options, showing.get(), stop));
+      SINEW_RETURN_IF_ERROR(
+          WritePage(*character, options, showing.get(), stop));
     }
   }
   SINEW_RETURN_IF_ERROR(imported);
@@ -269,8 +268,7 @@ void AddReading(CLI::App* command, Options* options) {
 
 void AddEditing(CLI::App* command, Options* options) {
   const char* group = "What to do with every clip";
-  command
-      ->add_option("--trim", options->trim, "keep from, to (two numbers, s)")
+  command->add_option("--trim", options->trim, "keep from, to (two numbers, s)")
       ->expected(2)
       ->group(group);
   command
@@ -291,8 +289,8 @@ void AddEditing(CLI::App* command, Options* options) {
 
 void AddMotionImport(CLI::App& motion, Action& action) {
   auto options = std::make_shared<Options>();
-  auto* command = AddSubcommand<Options>(
-      motion, "import", "clips to a library", options, action, Run);
+  auto* command = AddSubcommand<Options>(motion, "import", "clips to a library",
+                                         options, action, Run);
   command->add_option("--character", options->character, "name or file");
   command->add_option("--out", options->out, "library folder")->required();
   command->add_option("--rate", options->rate,
@@ -302,12 +300,10 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_option("--licence", options->licence, "licence of the data");
   AddReading(command, options.get());
   AddEditing(command, options.get());
-  command->add_option("--threads", options->threads,
-                      "default: all processors");
+  command->add_option("--threads", options->threads, "default: all processors");
   command->add_option("--pictures", options->pictures,
                       "clips in report.html with pictures (default 24)");
-  command->add_flag("--no-pictures", options->no_pictures,
-                    "none of them");
+  command->add_flag("--no-pictures", options->no_pictures, "none of them");
   command->add_flag("--no-html", options->no_html, "no report.html");
   command->add_flag("--report-only", options->report_only,
                     "report.json and report.html, no library");

@@ -54,8 +54,7 @@ void PrintClip(const v1::ClipInfo& clip, double rate, int name_width) {
       quality.peak_torque_ratio(), quality.peak_joint_speed(),
       100 * quality.foot_skate_m_per_s(), 100 * quality.penetration_max_m(),
       100 * quality.joint_limit_violation_share(),
-      import::StatusName(import::JudgeQuality(quality).status),
-      clip.licence());
+      import::StatusName(import::JudgeQuality(quality).status), clip.licence());
 }
 
 void PrintTable(const motion::Library& library) {
@@ -81,7 +80,8 @@ std::string Fact(const v1::ClipSource& source, const std::string& field,
   const auto& concluded = source.concluded();
   const bool guessed =
       std::find(concluded.begin(), concluded.end(), field) != concluded.end();
-  return value.empty() || !guessed ? value : absl::StrCat(value, " (concluded)");
+  return value.empty() || !guessed ? value
+                                   : absl::StrCat(value, " (concluded)");
 }
 
 void PrintSource(const v1::ClipInfo& clip) {
@@ -112,10 +112,9 @@ void PrintDetails(const v1::ClipInfo& clip, double rate) {
                                       clip.loops() ? ", loops" : ""));
   PrintSource(clip);
   const import::Verdict verdict = import::JudgeQuality(clip.quality());
-  PrintLine("status",
-            absl::StrCat(import::StatusName(verdict.status),
-                         verdict.findings.empty() ? "" : ": ",
-                         absl::StrJoin(verdict.findings, "; ")));
+  PrintLine("status", absl::StrCat(import::StatusName(verdict.status),
+                                   verdict.findings.empty() ? "" : ": ",
+                                   absl::StrJoin(verdict.findings, "; ")));
   for (const import::QualityLimit& limit : import::QualityLimits()) {
     absl::PrintF("  %-52s %8.3g %s\n", limit.figure,
                  limit.scale * limit.value(clip.quality()), limit.unit);
@@ -136,8 +135,8 @@ absl::Status RunInspect(const InspectOptions& options,
   }
   const int clip = library->FindClip(options.clip);
   if (clip < 0) {
-    return absl::NotFoundError(absl::StrCat(options.library, ": no clip \"",
-                                            options.clip, "\""));
+    return absl::NotFoundError(
+        absl::StrCat(options.library, ": no clip \"", options.clip, "\""));
   }
   PrintDetails(library->clip(clip), library->manifest().frames_per_second());
   return absl::OkStatus();
@@ -147,12 +146,11 @@ absl::Status RunInspect(const InspectOptions& options,
 
 void AddMotionInspect(CLI::App& motion, Action& action) {
   auto options = std::make_shared<InspectOptions>();
-  auto* command = AddSubcommand<InspectOptions>(
-      motion, "inspect", "a table of a library's clips", options, action,
-      RunInspect);
+  auto* command = AddSubcommand<InspectOptions>(motion, "inspect",
+                                                "a table of a library's clips",
+                                                options, action, RunInspect);
   command->add_option("library", options->library, "folder")->required();
-  command->add_option("--clip", options->clip,
-                      "all that is known of this one");
+  command->add_option("--clip", options->clip, "all that is known of this one");
 }
 
 }  // namespace sinew::tools

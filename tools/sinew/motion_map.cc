@@ -28,14 +28,14 @@ struct Options {
 absl::Status Run(const Options& options, const StopToken& /*stop*/) {
   SINEW_ASSIGN_OR_RETURN(const std::string bytes,
                          ReadFile(options.file, import::kMaxClipBytes));
-  SINEW_ASSIGN_OR_RETURN(
-      const import::Source source,
-      import::ReadClip(options.file, bytes, "clip", /*model=*/nullptr,
-                       options.read));
+  SINEW_ASSIGN_OR_RETURN(const import::Source source,
+                         import::ReadClip(options.file, bytes, "clip",
+                                          /*model=*/nullptr, options.read));
   const auto* clip = std::get_if<import::SourceClip>(&source);
   if (clip == nullptr) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        options.file, ": a robot's recording: its joints have names, no roles"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(options.file,
+                     ": a robot's recording: its joints have names, no roles"));
   }
   if (!options.draft) {
     SINEW_ASSIGN_OR_RETURN(const std::vector<v1::SkeletonMap> maps,

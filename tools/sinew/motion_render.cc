@@ -34,7 +34,7 @@ struct RenderOptions {
   std::string character;  // empty: the library's
   std::string out;        // folder; empty: pictures/ in the library
   bool video = false;
-  double seconds = 20;    // of a video at most
+  double seconds = 20;  // of a video at most
 };
 
 // The name as that of a file: slashes are none.
@@ -48,15 +48,14 @@ absl::Status WriteStrip(render::OffscreenRenderer& renderer,
                         const std::string& folder) {
   const auto frames = static_cast<int>(library.clip(clip).num_frames());
   const auto nq = static_cast<int>(character.model()->nq);
-  const std::vector<double> poses = evaluation::ReferencePoses(
-      character, library, clip, /*first=*/0, frames);
+  const std::vector<double> poses =
+      evaluation::ReferencePoses(character, library, clip, /*first=*/0, frames);
   SINEW_ASSIGN_OR_RETURN(
       const render::Image strip,
       render::ReferenceStrip(renderer, {poses, nq}, kColumns,
                              library.manifest().frames_per_second()));
   SINEW_ASSIGN_OR_RETURN(const std::string png, render::EncodePng(strip));
-  const std::string path =
-      JoinPath(folder, FileName(library, clip) + ".png");
+  const std::string path = JoinPath(folder, FileName(library, clip) + ".png");
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(path, png));
   absl::PrintF("%s\n", path);
   return absl::OkStatus();
@@ -64,19 +63,17 @@ absl::Status WriteStrip(render::OffscreenRenderer& renderer,
 
 absl::Status WriteFilm(render::OffscreenRenderer& renderer,
                        const character::Character& character,
-                       const motion::Library& library, int clip,
-                       double seconds, const std::string& folder,
-                       const StopToken& stop) {
+                       const motion::Library& library, int clip, double seconds,
+                       const std::string& folder, const StopToken& stop) {
   const double rate = library.manifest().frames_per_second();
   const int frames = evaluation::FramesToShow(library, clip, seconds);
   const auto nq = static_cast<int>(character.model()->nq);
-  const std::vector<double> poses = evaluation::ReferencePoses(
-      character, library, clip, /*first=*/0, frames);
+  const std::vector<double> poses =
+      evaluation::ReferencePoses(character, library, clip, /*first=*/0, frames);
   const render::PoseRows rows{poses, nq};
   render::VideoOptions video;
   video.frames_per_second = rate;
-  const std::string path =
-      JoinPath(folder, FileName(library, clip) + ".mp4");
+  const std::string path = JoinPath(folder, FileName(library, clip) + ".mp4");
   SINEW_RETURN_IF_ERROR(render::WriteVideo(
       frames,
       [&](int frame) { return render::FilmFrame(renderer, rows, frame, rate); },
@@ -90,11 +87,11 @@ absl::Status CheckCharacter(const character::Character& character,
   if (character.digest() == library.manifest().character_sha256()) {
     return absl::OkStatus();
   }
-  return absl::InvalidArgumentError(absl::StrCat(
-      "motion library field character_sha256: expected ", character.digest(),
-      " (character ", character.name(), "), found ",
-      library.manifest().character_sha256(), " (character ",
-      library.manifest().character(), ")"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("motion library field character_sha256: expected ",
+                   character.digest(), " (character ", character.name(),
+                   "), found ", library.manifest().character_sha256(),
+                   " (character ", library.manifest().character(), ")"));
 }
 
 absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
@@ -115,9 +112,8 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
       render::OffscreenRenderer::Create(render::PictureModel(*character),
                                         options.video ? kVideoSize : kWidth,
                                         options.video ? kVideoSize : kHeight));
-  const std::string folder = options.out.empty()
-                                 ? JoinPath(options.library, "pictures")
-                                 : options.out;
+  const std::string folder =
+      options.out.empty() ? JoinPath(options.library, "pictures") : options.out;
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder));
   for (int clip = 0; clip < library->num_clips(); ++clip) {
     if (!options.clip.empty() && clip != only) continue;

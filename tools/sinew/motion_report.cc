@@ -28,12 +28,10 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   }
   SINEW_ASSIGN_OR_RETURN(
       const auto character,
-      character::Character::Load(name,
-                                 WithDefaults(v1::Recipe()).physics()));
-  SINEW_ASSIGN_OR_RETURN(
-      const std::string path,
-      motion_report::WriteMotionReport(*character, options.library,
-                                       options.page, stop));
+      character::Character::Load(name, WithDefaults(v1::Recipe()).physics()));
+  SINEW_ASSIGN_OR_RETURN(const std::string path,
+                         motion_report::WriteMotionReport(
+                             *character, options.library, options.page, stop));
   absl::PrintF("%s\n", path);
   return absl::OkStatus();
 }

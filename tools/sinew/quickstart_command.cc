@@ -68,8 +68,7 @@ std::vector<Step> LearningSteps(const QuickstartOptions& options,
 std::vector<Step> ShowingSteps(const QuickstartOptions& options) {
   const std::string& run = options.out;
   const std::string best = JoinPath(run, "bundle_best");
-  const std::string bundle =
-      FileExists(best) ? best : JoinPath(run, "bundle");
+  const std::string bundle = FileExists(best) ? best : JoinPath(run, "bundle");
   return {
       {"evaluate the bundle: 32 starts, 10 s each",
        {"eval", "--bundle", bundle, "--motions", Motions(options), "--starts",
@@ -101,9 +100,8 @@ absl::Status RunStep(const Step& step, int number, absl::Duration patience,
   std::vector<std::string> argv = {"/proc/self/exe"};
   SINEW_ASSIGN_OR_RETURN(argv[0], OwnBinary());
   argv.insert(argv.end(), step.arguments.begin(), step.arguments.end());
-  SINEW_ASSIGN_OR_RETURN(
-      const std::unique_ptr<Subprocess> child,
-      Subprocess::Start({.argv = argv, .grace = kGrace}));
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<Subprocess> child,
+                         Subprocess::Start({.argv = argv, .grace = kGrace}));
   const auto waited = child->Wait(patience, stop);
   const ExitStatus status = waited.ok() ? *waited : child->Terminate(kGrace);
   if (stop.stop_requested()) return absl::CancelledError("quickstart stopped");
@@ -117,8 +115,8 @@ absl::Status RunStep(const Step& step, int number, absl::Duration patience,
 absl::Status RunQuickstart(const QuickstartOptions& options,
                            const StopToken& stop) {
   if (!(options.minutes > 0)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--minutes: expected > 0, found ", options.minutes));
+    return absl::InvalidArgumentError(
+        absl::StrCat("--minutes: expected > 0, found ", options.minutes));
   }
   SINEW_ASSIGN_OR_RETURN(
       const std::string clip,

@@ -57,18 +57,17 @@ absl::Status WriteStrip(const Film& film, const std::string& path) {
 
 absl::Status WriteFilm(const Film& film, const std::string& path,
                        const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(
-      const auto renderer,
-      render::OffscreenRenderer::Create(
-          render::PictureModel(film.subject.character()), kVideoSize,
-          kVideoSize));
+  SINEW_ASSIGN_OR_RETURN(const auto renderer,
+                         render::OffscreenRenderer::Create(
+                             render::PictureModel(film.subject.character()),
+                             kVideoSize, kVideoSize));
   render::VideoOptions video;
   video.frames_per_second = film.recording.frames_per_second;
   SINEW_RETURN_IF_ERROR(render::WriteVideo(
       film.recording.frames(),
       [&](int frame) {
-        return render::SideBySide(*renderer, film.reference(),
-                                  film.simulated(), frame);
+        return render::SideBySide(*renderer, film.reference(), film.simulated(),
+                                  frame);
       },
       path, video, stop));
   absl::PrintF("%s\n", path);
@@ -104,10 +103,9 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
       film.recording,
       evaluation::RecordClip(film.subject, clip, options.seconds, stop));
   if (!film.recording.survived) {
-    absl::FPrintF(stderr, "sinew: %s: the policy fell after %.2f s\n",
-                  film.clip,
-                  (film.recording.frames() - 1) /
-                      film.recording.frames_per_second);
+    absl::FPrintF(
+        stderr, "sinew: %s: the policy fell after %.2f s\n", film.clip,
+        (film.recording.frames() - 1) / film.recording.frames_per_second);
   }
   if (absl::EndsWith(options.out, ".png")) return WriteStrip(film, options.out);
   if (absl::EndsWith(options.out, ".mp4")) {
@@ -120,9 +118,9 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
 
 void AddRenderCommand(CLI::App& app, Action& action) {
   auto options = std::make_shared<RenderOptions>();
-  auto* command = AddSubcommand<RenderOptions>(
-      app, "render", "pictures and video of a bundle", options, action,
-      RunRender);
+  auto* command = AddSubcommand<RenderOptions>(app, "render",
+                                               "pictures and video of a bundle",
+                                               options, action, RunRender);
   command->add_option("bundle", options->bundle, "folder")->required();
   command->add_option("--motions", options->motions, "library")->required();
   command->add_option("--clip", options->clip, "name (default: the first)");

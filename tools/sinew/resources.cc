@@ -50,8 +50,8 @@ absl::StatusOr<std::string> FindResource(const std::string& path) {
   for (const std::string& candidate : candidates) {
     if (FileExists(candidate)) return candidate;
   }
-  return absl::NotFoundError(absl::StrCat(
-      "no file ", path, "; looked for ", absl::StrJoin(candidates, ", ")));
+  return absl::NotFoundError(absl::StrCat("no file ", path, "; looked for ",
+                                          absl::StrJoin(candidates, ", ")));
 }
 
 absl::StatusOr<v1::Recipe> LoadRecipe(

@@ -44,18 +44,13 @@ ActorProcesses::Options ActorOptions(const TrainOptions& options,
                                      const TrainingRun& run,
                                      const std::string& folder, int threads) {
   ActorProcesses::Options actors;
-  actors.argv = {"/proc/self/exe",
-                 "actor",
-                 "--learner",
-                 run.address(),
-                 "--threads",
-                 absl::StrCat(threads),
-                 "--cache",
-                 JoinPath(folder, "cache"),
-                 "--name",
-                 "actor-{index}",
-                 "--drain-seconds",
-                 absl::StrCat(absl::ToDoubleSeconds(kDrainTimeout))};
+  actors.argv = {
+      "/proc/self/exe",  "actor",
+      "--learner",       run.address(),
+      "--threads",       absl::StrCat(threads),
+      "--cache",         JoinPath(folder, "cache"),
+      "--name",          "actor-{index}",
+      "--drain-seconds", absl::StrCat(absl::ToDoubleSeconds(kDrainTimeout))};
   actors.count = options.actors;
   actors.log_folder = run.folder().actor_logs();
   actors.grace = kDrainTimeout + absl::Seconds(2);

@@ -25,8 +25,8 @@ using ::testing::HasSubstr;
 std::string WriteToy() {
   const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
   const std::string directory = JoinPath(toy.folder, "bundle");
-  EXPECT_THAT(
-      bundle::WriteBundle(bundle::testing::ToyContent(toy), directory), IsOk());
+  EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), directory),
+              IsOk());
   return directory;
 }
 
@@ -47,10 +47,9 @@ TEST(Verify, FindsThatAllBackEndsAgree) {
 
   EXPECT_THAT(Verify(WriteToy(), &output), IsOk());
 
-  EXPECT_THAT(output,
-              AllOf(HasSubstr("toy, 4 joints, 68 observations, 30 Hz"),
-                    ContainsRegex("action +[0-9.e-]+ +[0-9.e-]+\n"),
-                    ContainsRegex("mean +[0-9.e-]+ +[0-9.e-]+\n")));
+  EXPECT_THAT(output, AllOf(HasSubstr("toy, 4 joints, 68 observations, 30 Hz"),
+                            ContainsRegex("action +[0-9.e-]+ +[0-9.e-]+\n"),
+                            ContainsRegex("mean +[0-9.e-]+ +[0-9.e-]+\n")));
 }
 
 TEST(Verify, LeavesOnnxOutIfToldTo) {

@@ -70,8 +70,8 @@ absl::StatusOr<std::unique_ptr<Subprocess>> ActorProcesses::StartOne(
     int index) const {
   Subprocess::Options options;
   for (const std::string& argument : options_.argv) {
-    options.argv.push_back(absl::StrReplaceAll(
-        argument, {{"{index}", absl::StrCat(index)}}));
+    options.argv.push_back(
+        absl::StrReplaceAll(argument, {{"{index}", absl::StrCat(index)}}));
   }
   options.output_file = LogFile(index);
   options.grace = options_.grace;
@@ -121,10 +121,10 @@ bool ActorProcesses::MayRestart(int index, const absl::Status& end,
              {{"actor", index}, {"how", end.message()}, {"times", failures}});
   if (failures < options_.max_failures) return true;
   MutexLock lock(mu_);
-  failure_.Update(absl::UnavailableError(absl::StrCat(
-      "actor ", index, " has ended ", failures, " times, last with ",
-      end.message(), "; the end of ", LogFile(index), ":\n",
-      Tail(LogFile(index)))));
+  failure_.Update(absl::UnavailableError(
+      absl::StrCat("actor ", index, " has ended ", failures,
+                   " times, last with ", end.message(), "; the end of ",
+                   LogFile(index), ":\n", Tail(LogFile(index)))));
   return false;
 }
 

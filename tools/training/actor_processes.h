@@ -40,8 +40,7 @@ class ActorProcesses {
     absl::Duration grace = absl::Seconds(10);
   };
 
-  static absl::StatusOr<std::unique_ptr<ActorProcesses>> Start(
-      Options options);
+  static absl::StatusOr<std::unique_ptr<ActorProcesses>> Start(Options options);
   ~ActorProcesses();
   ActorProcesses(const ActorProcesses&) = delete;
   ActorProcesses& operator=(const ActorProcesses&) = delete;

@@ -92,11 +92,11 @@ TEST(ActorProcessesTest, GivesUpOnWhatKeepsEndingAndShowsItsLastWords) {
 
   EXPECT_TRUE(Await([&] { return !(*actors)->check().ok(); }));
 
-  EXPECT_THAT((*actors)->check(),
-              StatusIs(absl::StatusCode::kUnavailable,
-                       AllOf(HasSubstr("actor 0 has ended 3 times"),
-                             HasSubstr("exit code 7"),
-                             HasSubstr("no such thing"))));
+  EXPECT_THAT(
+      (*actors)->check(),
+      StatusIs(absl::StatusCode::kUnavailable,
+               AllOf(HasSubstr("actor 0 has ended 3 times"),
+                     HasSubstr("exit code 7"), HasSubstr("no such thing"))));
 }
 
 TEST(ActorProcessesTest, EndsThemWithItself) {
@@ -115,9 +115,9 @@ TEST(ActorProcessesTest, NamesAProgramThatIsNotThere) {
   ActorProcesses::Options options = Shell(NewFolder(), "");
   options.argv = {"/no/such/program"};
 
-  EXPECT_THAT(ActorProcesses::Start(options),
-              StatusIs(absl::StatusCode::kNotFound,
-                       HasSubstr("/no/such/program")));
+  EXPECT_THAT(
+      ActorProcesses::Start(options),
+      StatusIs(absl::StatusCode::kNotFound, HasSubstr("/no/such/program")));
 }
 
 }  // namespace

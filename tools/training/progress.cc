@@ -40,13 +40,12 @@ void WriteToStderr(absl::string_view text) {
 std::string ProgressText(const ProgressState& state, int bar_width) {
   std::string text;
   if (state.share) {
-    text = absl::StrCat(Bar(std::clamp(*state.share, 0.0, 1.0), bar_width),
-                        "  ");
+    text =
+        absl::StrCat(Bar(std::clamp(*state.share, 0.0, 1.0), bar_width), "  ");
   }
-  absl::StrAppendFormat(&text, "iteration %d  %.2f M samples  %.1f k/s  ",
-                        state.iteration,
-                        static_cast<double>(state.samples) / 1e6,
-                        state.samples_per_second / 1e3);
+  absl::StrAppendFormat(
+      &text, "iteration %d  %.2f M samples  %.1f k/s  ", state.iteration,
+      static_cast<double>(state.samples) / 1e6, state.samples_per_second / 1e3);
   absl::StrAppendFormat(&text, "reward %.3f", state.reward);
   if (!state.evaluation.empty()) absl::StrAppend(&text, "  ", state.evaluation);
   if (state.seconds_left) {
@@ -73,8 +72,8 @@ void Progress::Show(const ProgressState& state) {
 }
 
 void Progress::Show(double share, absl::string_view text) {
-  ShowText(absl::StrCat(Bar(std::clamp(share, 0.0, 1.0), kBarWidth), "  ",
-                        text));
+  ShowText(
+      absl::StrCat(Bar(std::clamp(share, 0.0, 1.0), kBarWidth), "  ", text));
 }
 
 void Progress::ShowText(std::string text) {

@@ -46,10 +46,10 @@ absl::Status RunFolder::CheckSameRecipe(const v1::Recipe& recipe) const {
   differencer.ReportDifferencesToString(&differences);
   if (differencer.Compare(before, recipe)) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      path_, ": expected the recipe that the run was started with, found "
-             "another one (",
-      absl::StrReplaceAll(absl::StripSuffix(differences, "\n"),
-                          {{"\n", "; "}}),
+      path_,
+      ": expected the recipe that the run was started with, found "
+      "another one (",
+      absl::StrReplaceAll(absl::StripSuffix(differences, "\n"), {{"\n", "; "}}),
       "); give the same one, or another --run"));
 }
 

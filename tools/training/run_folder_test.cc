@@ -43,9 +43,8 @@ TEST(RunFolderTest, KeepsASecondLearnerOut) {
   const auto first = RunFolder::Open(run, MakeRecipe(2));
   ASSERT_THAT(first, IsOk());
 
-  EXPECT_THAT(
-      RunFolder::Open(run, MakeRecipe(2)),
-      StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(run)));
+  EXPECT_THAT(RunFolder::Open(run, MakeRecipe(2)),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(run)));
 }
 
 TEST(RunFolderTest, RefusesAnotherRecipeOnceThereAreStates) {

@@ -25,10 +25,9 @@ double Limit(double asked, double of_recipe) {
 }
 
 std::string EvaluationText(const SetSummary& overall) {
-  return absl::StrFormat("%d/%d starts (%.0f %% survived) %.0f mm",
-                         overall.succeeded_starts, overall.starts,
-                         100 * overall.survived_share,
-                         overall.means.e_g_mpjpe_mm);
+  return absl::StrFormat(
+      "%d/%d starts (%.0f %% survived) %.0f mm", overall.succeeded_starts,
+      overall.starts, 100 * overall.survived_share, overall.means.e_g_mpjpe_mm);
 }
 
 }  // namespace
@@ -99,9 +98,8 @@ void TrainingRun::Account(const learner::IterationReport& report) {
   const double threads = static_cast<double>(std::max<int64_t>(
       1, actors.threads > 0 ? actors.threads : options_.cores));
   figures_.seconds.wall += figures_.iteration_wall;
-  figures_.seconds.train +=
-      std::max(0.0, figures_.iteration_wall -
-                        report.evaluation_core_seconds / threads);
+  figures_.seconds.train += std::max(
+      0.0, figures_.iteration_wall - report.evaluation_core_seconds / threads);
 }
 
 void TrainingRun::Tell(const learner::IterationReport& report) {
@@ -115,9 +113,9 @@ void TrainingRun::Tell(const learner::IterationReport& report) {
 void TrainingRun::Show(const learner::IterationReport& report) {
   if (report.evaluation) {
     evaluation_ = EvaluationText(report.evaluation->overall);
-    progress_.Line(absl::StrFormat(
-        "iteration %d  train %.0f s  samples %d  %s", report.iteration,
-        figures_.seconds.train, report.samples, evaluation_));
+    progress_.Line(absl::StrFormat("iteration %d  train %.0f s  samples %d  %s",
+                                   report.iteration, figures_.seconds.train,
+                                   report.samples, evaluation_));
   }
   ProgressState state;
   state.iteration = report.iteration;

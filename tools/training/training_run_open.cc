@@ -20,8 +20,8 @@ TrainingRun::TrainingRun(const Options& options, Clock& clock,
     : options_(options),
       clock_(clock),
       stop_(stop),
-      progress_({.is_terminal = isatty(STDERR_FILENO) == 1,
-                 .write = {}}, clock) {}
+      progress_({.is_terminal = isatty(STDERR_FILENO) == 1, .write = {}},
+                clock) {}
 
 TrainingRun::~TrainingRun() { SetProgramLogger(nullptr); }
 
@@ -52,8 +52,8 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   const std::string where = options_.checkpoint_address.empty()
                                 ? folder_->checkpoints()
                                 : options_.checkpoint_address;
-  SINEW_ASSIGN_OR_RETURN(
-      store_, RunStore::Open(where, options_.security, clock_));
+  SINEW_ASSIGN_OR_RETURN(store_,
+                         RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_);
   return best_->Load();
@@ -145,9 +145,9 @@ absl::Status TrainingRun::Resume() {
                         state->counters.train_seconds()};
     saved_iteration_ = trainer_->iteration();
     if (state->counters.build() != BuildIdentity()) {
-      LogWarning("the state is of another build: results may differ in bits",
-                 {{"expected", BuildIdentity()},
-                  {"found", state->counters.build()}});
+      LogWarning(
+          "the state is of another build: results may differ in bits",
+          {{"expected", BuildIdentity()}, {"found", state->counters.build()}});
     }
     for (size_t i = 0; i < state->snapshots.size(); ++i) {
       best_->Remember(state->counters.snapshots(static_cast<int>(i)).version(),

@@ -4,7 +4,8 @@ Called by npm_package.bzl with one JSON argument:
   packages:  {"name@version": "base64 of the archive's SHA-512", ...}
   include:   shell patterns of the files to unpack; "*" crosses folders
   npm_wheel: {"name==version": "sha256"} with npm, where the machine has none
-  out:       folder to unpack into, each package in a folder of its name (without "@")
+  out:       folder to unpack into, each package in a folder of its name
+             (without "@")
 """
 
 import base64

@@ -16,9 +16,9 @@ FakeLearner::FakeLearner(const std::string& address,
     : assets_sha256_(PublishAssets(assets)),
       replay_(replay_bytes),
       dispatcher_(MakeWelcome()) {
-  auto server = rpc::Server::Start(
-      {.address = address},
-      {&dispatcher_, &blobs_service_, &replay_.service()});
+  auto server =
+      rpc::Server::Start({.address = address},
+                         {&dispatcher_, &blobs_service_, &replay_.service()});
   SINEW_CHECK(server.ok()) << server.status().ToString();
   server_ = *std::move(server);
   const absl::Status opened =

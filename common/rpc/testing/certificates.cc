@@ -26,8 +26,7 @@ Key MakeKey() {
 }
 
 void AddExtension(X509* certificate, int id, const char* value) {
-  X509_EXTENSION* extension =
-      X509V3_EXT_conf_nid(nullptr, nullptr, id, value);
+  X509_EXTENSION* extension = X509V3_EXT_conf_nid(nullptr, nullptr, id, value);
   SINEW_CHECK(extension != nullptr) << value;
   SINEW_CHECK(X509_add_ext(certificate, extension, -1) == 1);
   X509_EXTENSION_free(extension);
@@ -87,9 +86,8 @@ Security MakeCertificates(const std::string& folder,
     return PEM_write_bio_PrivateKey(bio, key.get(), nullptr, nullptr, 0,
                                     nullptr, nullptr);
   });
-  WritePem(files.authority_file, [&](BIO* bio) {
-    return PEM_write_bio_X509(bio, authority.get());
-  });
+  WritePem(files.authority_file,
+           [&](BIO* bio) { return PEM_write_bio_X509(bio, authority.get()); });
   return files;
 }
 

@@ -74,8 +74,8 @@ BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
   ContentInputs inputs;
   inputs.recipe = toy.recipe;
   inputs.character = toy.character.get();
-  inputs.character_files = ValueOrDie(character::CharacterFiles(
-      JoinPath(toy.folder, "character.textproto")));
+  inputs.character_files = ValueOrDie(
+      character::CharacterFiles(JoinPath(toy.folder, "character.textproto")));
   inputs.library = toy.library->manifest();
   inputs.library_sha256 = toy.library->digest();
   return Content(std::move(inputs), gain);

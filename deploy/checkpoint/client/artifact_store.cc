@@ -48,9 +48,8 @@ absl::StatusOr<ArtifactFiles> GetFiles(ArtifactStore& store,
                           absl::StrCat(what, blob.status().message()));
     }
     if (static_cast<int64_t>((*blob)->size()) != file.size()) {
-      return absl::DataLossError(
-          absl::StrCat(what, "expected ", file.size(), " bytes, found ",
-                       (*blob)->size()));
+      return absl::DataLossError(absl::StrCat(
+          what, "expected ", file.size(), " bytes, found ", (*blob)->size()));
     }
     files[file.path()] = *std::move(blob);
   }

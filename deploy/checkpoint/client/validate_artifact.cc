@@ -45,8 +45,7 @@ absl::Status ValidateFile(const v1::Artifact::File& file,
                           const std::set<std::string>& paths) {
   SINEW_RETURN_IF_ERROR(ValidatePath(file.path()));
   if (!paths.empty() && file.path() <= *paths.rbegin()) {
-    return Expected("path",
-                    absl::StrCat("one after \"", *paths.rbegin(), "\""),
+    return Expected("path", absl::StrCat("one after \"", *paths.rbegin(), "\""),
                     file.path());
   }
   for (size_t slash = file.path().find('/'); slash != std::string::npos;
@@ -67,8 +66,7 @@ absl::Status ValidateName(absl::string_view what, absl::string_view name) {
   bool good = !name.empty() && name.size() <= kMaxName && name[0] != '.' &&
               !IsTemporaryName(name);
   for (const char c : name) {
-    good = good &&
-           (absl::ascii_isalnum(c) || c == '.' || c == '_' || c == '-');
+    good = good && (absl::ascii_isalnum(c) || c == '.' || c == '_' || c == '-');
   }
   if (good) return absl::OkStatus();
   return Expected(what, "[A-Za-z0-9._-]{1,128} without a dot in front", name);

@@ -45,12 +45,12 @@ class HeldGrpc : public ::testing::Environment {
 class OverGrpc : public StoreFixture {
  public:
   explicit OverGrpc(const CheckpointService::Options& options = {},
-                    const CheckpointClient::Options& client_options = {
-                        .peer = "checkpoint test"})
+                    const CheckpointClient::Options& client_options =
+                        {.peer = "checkpoint test"})
       : service_(memory, options, clock_, metrics_),
         blobs_(service_.counted_blobs()) {
     server_ = *rpc::Server::Start({.address = folder_.Address("s")},
-                                 {&service_, &blobs_});
+                                  {&service_, &blobs_});
     channel = *rpc::MakeChannel(server_->address(), {});
     client_ = std::make_unique<CheckpointClient>(channel, client_options);
   }
@@ -71,9 +71,10 @@ class OverGrpc : public StoreFixture {
   std::unique_ptr<rpc::Server> server_;
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    OverGrpc, StoreConformance,
-    ::testing::Values(StoreMaker([] { return std::make_unique<OverGrpc>(); })));
+INSTANTIATE_TEST_SUITE_P(OverGrpc, StoreConformance,
+                         ::testing::Values(StoreMaker([] {
+                           return std::make_unique<OverGrpc>();
+                         })));
 
 Blob MakeBlob(const std::string& bytes) {
   return std::make_shared<const std::string>(bytes);
@@ -232,9 +233,8 @@ TEST(CheckpointClient, NamesAPeerThatIsNotThere) {
 TEST(CheckpointClient, GivesUpWhenStopped) {
   std::stop_source stop;
   stop.request_stop();
-  CheckpointClient client(
-      *rpc::MakeChannel("unix:/tmp/nobody-listens", {}),
-      {.peer = "checkpoint", .stop = stop.get_token()});
+  CheckpointClient client(*rpc::MakeChannel("unix:/tmp/nobody-listens", {}),
+                          {.peer = "checkpoint", .stop = stop.get_token()});
 
   EXPECT_THAT(client.PutBlob(MakeBlob("x")),
               StatusIs(absl::StatusCode::kCancelled));

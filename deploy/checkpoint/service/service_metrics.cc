@@ -23,9 +23,8 @@ ServiceMetrics::ServiceMetrics(metrics::Registry& registry)
       last_artifact_timestamp_seconds(
           registry.AddGauge("sinew_store_last_artifact_timestamp_seconds",
                             "When an artifact was last registered.")) {
-  for (const char* rpc :
-       {"GetBlob", "PutBlob", "PutArtifact", "GetArtifact", "ListArtifacts",
-        "SetAlias", "Retain", "DropBlobs"}) {
+  for (const char* rpc : {"GetBlob", "PutBlob", "PutArtifact", "GetArtifact",
+                          "ListArtifacts", "SetAlias", "Retain", "DropBlobs"}) {
     Calls& calls = calls_[rpc];
     calls.ok = &registry.AddCounter(kCalls, kCallsHelp,
                                     {{"rpc", rpc}, {"result", "ok"}});

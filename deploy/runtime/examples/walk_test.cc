@@ -48,8 +48,7 @@ TEST(Walk, StepsABundleAndSaysHowFarItWent) {
                   bundle::testing::ToyContent(toy, /*gain=*/0.01), bundle),
               IsOk());
 
-  const Outcome outcome =
-      Walk({bundle, JoinPath(toy.folder, "library"), "2"});
+  const Outcome outcome = Walk({bundle, JoinPath(toy.folder, "library"), "2"});
 
   EXPECT_EQ(outcome.code, 0) << outcome.output;
   EXPECT_THAT(outcome.output,

@@ -54,8 +54,7 @@ constexpr Column kJoints[] = {
 SourceSkeleton MakeSkeleton() {
   SourceSkeleton skeleton;
   for (const Column& column : kJoints) {
-    const Vector3d offset(column.offset[0], column.offset[1],
-                          column.offset[2]);
+    const Vector3d offset(column.offset[0], column.offset[1], column.offset[2]);
     skeleton.joints.push_back({column.name, column.parent, ToZUp(offset)});
   }
   return skeleton;
@@ -98,10 +97,10 @@ absl::Status CheckRow(const std::vector<double>& row, size_t frame,
   }
   for (size_t column = 0; column < row.size(); ++column) {
     if (!std::isfinite(row[column])) {
-      return FrameError(source, frame,
-                        absl::StrCat("column ", column,
-                                     ": expected a finite number, found ",
-                                     row[column]));
+      return FrameError(
+          source, frame,
+          absl::StrCat("column ", column, ": expected a finite number, found ",
+                       row[column]));
     }
   }
   if (row[0] < 0 || (row[0] == 0 && !is_last)) {
@@ -145,8 +144,7 @@ absl::StatusOr<SourcePose> ReadPose(const std::vector<double>& row,
 }  // namespace
 
 const SourceSkeleton& DeepMimicSkeleton() {
-  static const SourceSkeleton& skeleton =
-      *new SourceSkeleton(MakeSkeleton());
+  static const SourceSkeleton& skeleton = *new SourceSkeleton(MakeSkeleton());
   return skeleton;
 }
 
@@ -173,8 +171,8 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
     const std::vector<double>& row = file.frames[i];
     const bool is_last = i + 1 == file.frames.size();
     SINEW_RETURN_IF_ERROR(CheckRow(row, i, is_last, source));
-    SINEW_ASSIGN_OR_RETURN(
-        SourcePose pose, ReadPose(row, i, source, &clip.quaternion_drift));
+    SINEW_ASSIGN_OR_RETURN(SourcePose pose,
+                           ReadPose(row, i, source, &clip.quaternion_drift));
     pose.time = time;
     if (i > 0 && !(time > clip.poses.back().time)) {
       return FrameError(source, i,
@@ -186,8 +184,8 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
     time += row[0];
   }
   clip.facts.set_format("deepmimic");
-  clip.facts.set_frames_per_second(
-      static_cast<double>(clip.poses.size() - 1) / clip.duration());
+  clip.facts.set_frames_per_second(static_cast<double>(clip.poses.size() - 1) /
+                                   clip.duration());
   clip.facts.set_duration_s(clip.duration());
   clip.facts.set_metres_per_unit(1);
   clip.facts.set_up_axis("y");

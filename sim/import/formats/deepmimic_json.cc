@@ -114,15 +114,15 @@ class Reader : public Json::json_sax_t {
       return Fail(absl::StrCat("expected an object, found ", found));
     }
     if (in_frames_) {
-      return Fail(absl::StrCat(
-          "\"Frames\": expected ",
-          depth_ == 2 ? "an array of numbers" : "a number", ", found ", found,
-          depth_ == 2 ? "" : InFrame()));
+      return Fail(absl::StrCat("\"Frames\": expected ",
+                               depth_ == 2 ? "an array of numbers" : "a number",
+                               ", found ", found,
+                               depth_ == 2 ? "" : InFrame()));
     }
     if (depth_ == 1 && (key_ == "Frames" || key_ == "Loop")) {
-      return Fail(absl::StrCat(
-          "\"", key_, "\": expected ",
-          key_ == "Frames" ? "an array" : "a string", ", found ", found));
+      return Fail(absl::StrCat("\"", key_, "\": expected ",
+                               key_ == "Frames" ? "an array" : "a string",
+                               ", found ", found));
     }
     return true;
   }

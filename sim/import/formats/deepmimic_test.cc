@@ -42,11 +42,11 @@ std::string Json(const std::vector<std::vector<std::string>>& rows,
 
 TEST(DeepMimic, ReadsFramesIntoAWorldWithZUp) {
   std::vector<std::string> row = Row(0.25);
-  row[1] = "1";    // forward
-  row[3] = "0.5";  // to the right
+  row[1] = "1";      // forward
+  row[3] = "0.5";    // to the right
   row[20] = "-0.7";  // right knee: flexed
-  const auto clip = ParseDeepMimic(Json({Row(0.25), row, Row(0)}, "wrap"),
-                                   "c", "c.txt");
+  const auto clip =
+      ParseDeepMimic(Json({Row(0.25), row, Row(0)}, "wrap"), "c", "c.txt");
   ASSERT_THAT(clip, IsOk());
   ASSERT_EQ(clip->poses.size(), 3u);
   EXPECT_TRUE(clip->loops);
@@ -55,9 +55,8 @@ TEST(DeepMimic, ReadsFramesIntoAWorldWithZUp) {
   // The flexed shank points back and down from the knee.
   const auto bones = WorldPositions(clip->skeleton, Eigen::Vector3d::Zero(),
                                     clip->poses[1].rotation);
-  const Eigen::Vector3d shank =
-      bones[clip->skeleton.Find("right_ankle")] -
-      bones[clip->skeleton.Find("right_knee")];
+  const Eigen::Vector3d shank = bones[clip->skeleton.Find("right_ankle")] -
+                                bones[clip->skeleton.Find("right_knee")];
   EXPECT_LT(shank.x(), -0.2);
   EXPECT_LT(shank.z(), -0.2);
   EXPECT_LT(bones[clip->skeleton.Find("right_hip")].y(), 0) << "y is left";
@@ -69,8 +68,11 @@ TEST(DeepMimic, NotesHowItWasRead) {
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_THAT(clip->facts, EqualsProto(R"pb(
-                format: "deepmimic" frames_per_second: 4 duration_s: 0.5
-                metres_per_unit: 1 up_axis: "y"
+                format: "deepmimic"
+                frames_per_second: 4
+                duration_s: 0.5
+                metres_per_unit: 1
+                up_axis: "y"
               )pb"));
 }
 

@@ -80,15 +80,14 @@ absl::StatusOr<SourceClip> ParseFbx(absl::string_view bytes,
   SINEW_RETURN_IF_ERROR(AppendToFile(in, bytes));
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<Subprocess> child,
-      Subprocess::Start(
-          {.argv = {reader, in, out, std::string(source),
-                    Text(options.metres_per_unit),
-                    options.up_axis.has_value()
-                        ? std::string(1, *options.up_axis)
-                        : kFbxUnset,
-                    Text(options.frames_per_second)},
-           .output_file = JoinPath(folder->path(), "log"),
-           .grace = absl::ZeroDuration()}));
+      Subprocess::Start({.argv = {reader, in, out, std::string(source),
+                                  Text(options.metres_per_unit),
+                                  options.up_axis.has_value()
+                                      ? std::string(1, *options.up_axis)
+                                      : kFbxUnset,
+                                  Text(options.frames_per_second)},
+                         .output_file = JoinPath(folder->path(), "log"),
+                         .grace = absl::ZeroDuration()}));
   const absl::StatusOr<ExitStatus> exit = child->Wait(kFbxPatience);
   if (absl::IsDeadlineExceeded(exit.status())) {
     return absl::ResourceExhaustedError(

@@ -141,10 +141,9 @@ int ChooseAnimation(const aiScene& scene) {
   for (unsigned i = 0; i < scene.mNumAnimations; ++i) {
     const aiAnimation& animation = *scene.mAnimations[i];
     if (animation.mNumChannels == 0) continue;
-    if (best < 0 ||
-        std::pair(animation.mNumChannels, animation.mDuration) >
-            std::pair(scene.mAnimations[best]->mNumChannels,
-                      scene.mAnimations[best]->mDuration)) {
+    if (best < 0 || std::pair(animation.mNumChannels, animation.mDuration) >
+                        std::pair(scene.mAnimations[best]->mNumChannels,
+                                  scene.mAnimations[best]->mDuration)) {
       best = static_cast<int>(i);
     }
   }
@@ -288,8 +287,8 @@ void FbxAnimation::AddBinds(const aiScene& scene) {
     for (unsigned i = 0; i < entry.node->mNumChildren; ++i) {
       const aiNode* child = entry.node->mChildren[i];
       const auto node = by_name.find(child->mName.C_Str());
-      stack.push_back({child, node == by_name.end() ? entry.world
-                                                    : still[node->second]});
+      stack.push_back(
+          {child, node == by_name.end() ? entry.world : still[node->second]});
     }
   }
 }

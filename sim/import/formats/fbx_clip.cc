@@ -44,9 +44,19 @@ constexpr double kStretch = 0.05;
 // Half angles (rad) below it are rounding, not turns.
 constexpr double kTurns = 1e-3;
 // Frames a second of FBX's time modes; 0: it does not say.
-constexpr double kModeRates[] = {0,       120,     100, 60, 50,   48,
-                                 30,      30,      30000.0 / 1001,
-                                 30000.0 / 1001,   25,  24, 1000,
+constexpr double kModeRates[] = {0,
+                                 120,
+                                 100,
+                                 60,
+                                 50,
+                                 48,
+                                 30,
+                                 30,
+                                 30000.0 / 1001,
+                                 30000.0 / 1001,
+                                 25,
+                                 24,
+                                 1000,
                                  24000.0 / 1001};
 constexpr int kCustomMode = 14;
 
@@ -227,8 +237,8 @@ class ClipBuilder {
       pose.rotation.push_back(
           (turned[parent].conjugate() * turned[i]).normalized());
       turns_[i] = turns_[i] || pose.rotation[i].vec().norm() > kTurns;
-      const Vector3d place =
-          transform.translation() - world[skeleton_.nodes[parent]].translation();
+      const Vector3d place = transform.translation() -
+                             world[skeleton_.nodes[parent]].translation();
       const double distance = joints[i].offset.norm();
       if (distance > 0) {
         stretch_[i] = std::max(
@@ -333,8 +343,9 @@ absl::StatusOr<SourceClip> ReadFbxHere(absl::string_view bytes,
     return BuildClip(*scene, source, options);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected a file of reasonable size, found one "
-                             "that asks for more memory than is allowed"));
+        absl::StrCat(source,
+                     ": expected a file of reasonable size, found one "
+                     "that asks for more memory than is allowed"));
   } catch (const std::exception& error) {
     return absl::InvalidArgumentError(absl::StrCat(
         source, ": expected an FBX file, found: ",

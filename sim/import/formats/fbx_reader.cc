@@ -17,8 +17,7 @@ namespace sinew::import {
 namespace {
 
 void Limit(__rlimit_resource resource, int64_t value) {
-  const rlimit limit = {static_cast<rlim_t>(value),
-                        static_cast<rlim_t>(value)};
+  const rlimit limit = {static_cast<rlim_t>(value), static_cast<rlim_t>(value)};
   setrlimit(resource, &limit);
 }
 

@@ -81,8 +81,7 @@ class Finder {
     for (int node = 0; node < Size(); ++node) {
       if (nodes_[node].is_pivot || parents_[node] != parent) continue;
       all += count_[node];
-      if (count_[node] > 0 &&
-          (largest < 0 || count_[node] > count_[largest])) {
+      if (count_[node] > 0 && (largest < 0 || count_[node] > count_[largest])) {
         largest = node;
       }
     }
@@ -96,9 +95,9 @@ class Finder {
     while (root >= 0) {
       const int child = LargestChild(root, &others);
       if (child < 0) break;
-      const bool descends =
-          is_joint_[root] ? others == 0 && MovesAlong(child, root)
-                          : count_[child] >= kDominance * others;
+      const bool descends = is_joint_[root]
+                                ? others == 0 && MovesAlong(child, root)
+                                : count_[child] >= kDominance * others;
       if (!descends) break;
       root = child;
     }

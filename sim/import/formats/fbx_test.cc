@@ -21,15 +21,15 @@
 namespace sinew::import {
 namespace {
 
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using Eigen::Quaterniond;
-using Eigen::Vector3d;
-using testing::CheckClip;
 using testing::MadeFbx;
 using testing::MadeFbxOptions;
 using testing::MakeFbx;
@@ -143,9 +143,9 @@ TEST(Fbx, EndsOfLimbsAreJointsThatNeverTurn) {
   for (const SourceJoint& joint : clip->skeleton.joints) {
     if (joint.is_end) ends.push_back(joint.name);
   }
-  EXPECT_THAT(ends, ::testing::UnorderedElementsAre(
-                        "mixamorig:HeadTop_End", "mixamorig:LeftToeBase",
-                        "mixamorig:RightToeBase"));
+  EXPECT_THAT(ends, ::testing::UnorderedElementsAre("mixamorig:HeadTop_End",
+                                                    "mixamorig:LeftToeBase",
+                                                    "mixamorig:RightToeBase"));
 }
 
 TEST(Fbx, RatesThatOnlyTheKeysTellAreConcluded) {
@@ -153,17 +153,16 @@ TEST(Fbx, RatesThatOnlyTheKeysTellAreConcluded) {
   ASSERT_THAT(stated, IsOk());
   EXPECT_THAT(stated->facts.concluded(), IsEmpty());
 
-  const auto dense = ParseFbx(MakeFbx({.frames_per_second = 60}).bytes, "c",
-                              "c.fbx", {});
+  const auto dense =
+      ParseFbx(MakeFbx({.frames_per_second = 60}).bytes, "c", "c.fbx", {});
   ASSERT_THAT(dense, IsOk());
   EXPECT_THAT(dense->facts.concluded(), ElementsAre("frames_per_second"));
 }
 
 TEST(Fbx, OptionsGoBeforeTheFile) {
-  const auto clip = ParseFbx(MakeFbx().bytes, "c", "c.fbx",
-                             {.metres_per_unit = 0.02,
-                              .up_axis = 'z',
-                              .frames_per_second = 48});
+  const auto clip = ParseFbx(
+      MakeFbx().bytes, "c", "c.fbx",
+      {.metres_per_unit = 0.02, .up_axis = 'z', .frames_per_second = 48});
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_EQ(clip->poses.size(), 49u);
@@ -181,8 +180,8 @@ TEST(Fbx, RefusesWhatIsNoFbx) {
 TEST(Fbx, RefusesFilesWithoutAnimation) {
   std::string text = MakeFbx().bytes;
   // The connections of curves go to nobody.
-  text = absl::StrReplaceAll(
-      text, {{"AnimationCurveNode:", "AnimationXurveNode:"}});
+  text = absl::StrReplaceAll(text,
+                             {{"AnimationCurveNode:", "AnimationXurveNode:"}});
   EXPECT_THAT(ParseFbx(text, "c", "dir/c.fbx", {}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("dir/c.fbx: "), HasSubstr("expected"))));
@@ -191,8 +190,7 @@ TEST(Fbx, RefusesFilesWithoutAnimation) {
 // A file by hand, whose root has a pre-rotation and whose thigh turns by 30
 // degrees in a second.
 std::string TwoBones() {
-  const auto path =
-      FindWorkspaceFile("sim/import/formats/seeds/two_bones.fbx");
+  const auto path = FindWorkspaceFile("sim/import/formats/seeds/two_bones.fbx");
   EXPECT_THAT(path, IsOk());
   return ReadFile(*path).value_or("");
 }
@@ -205,8 +203,9 @@ TEST(Fbx, PreRotationsAreInTheWorld) {
   EXPECT_THAT(Names(*clip), ElementsAre("Hips", "LeftUpLeg"));
   EXPECT_EQ(clip->poses.size(), 31u);
   // The root turns 10 degrees about y in the rest pose already.
-  EXPECT_LT(motion::AngleBetween(clip->poses[0].rotation[0],
-                                 Quaterniond::Identity()), 1e-5);
+  EXPECT_LT(
+      motion::AngleBetween(clip->poses[0].rotation[0], Quaterniond::Identity()),
+      1e-5);
   const Vector3d offset = clip->skeleton.joints[1].offset;
   EXPECT_NEAR(offset.y(), 0.09 * std::cos(M_PI / 18), 1e-6);
   EXPECT_NEAR(offset.z(), -0.06, 1e-6);
@@ -216,8 +215,8 @@ TEST(Fbx, PreRotationsAreInTheWorld) {
 }
 
 TEST(Fbx, RefusesLongClips) {
-  const std::string text = absl::StrReplaceAll(
-      TwoBones(), {{"0,46186158000", "0,923723160000000"}});
+  const std::string text =
+      absl::StrReplaceAll(TwoBones(), {{"0,46186158000", "0,923723160000000"}});
   EXPECT_THAT(ParseFbx(text, "c", "dir/c.fbx", {}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        HasSubstr("dir/c.fbx: expected at most 14400 seconds, "
@@ -227,12 +226,11 @@ TEST(Fbx, RefusesLongClips) {
 TEST(Fbx, TruncatedFilesAreErrorsOrClips) {
   const std::string bytes = MakeFbx({.frames = 3}).bytes;
   for (int i = 0; i < 20; ++i) {
-    const auto clip = ParseFbx(bytes.substr(0, bytes.size() * i / 20), "c",
-                               "dir/c.fbx", {});
+    const auto clip =
+        ParseFbx(bytes.substr(0, bytes.size() * i / 20), "c", "dir/c.fbx", {});
     if (clip.ok()) CheckClip(*clip);
     if (!clip.ok()) {
-      EXPECT_THAT(std::string(clip.status().message()),
-                  HasSubstr("dir/c.fbx"));
+      EXPECT_THAT(std::string(clip.status().message()), HasSubstr("dir/c.fbx"));
     }
   }
 }

@@ -28,9 +28,9 @@ constexpr double kMaxNumber = 1e6;
 constexpr int kRootNumbers = 7;  // position and quaternion
 
 constexpr const char* kMjpcMarkers[] = {
-    "pelvis", "head",  "ltoe",   "rtoe",   "lheel",     "rheel",
-    "lknee",  "rknee", "lhand",  "rhand",  "lelbow",    "relbow",
-    "lshoulder",       "rshoulder",        "lhip",      "rhip"};
+    "pelvis",    "head",      "ltoe",  "rtoe",  "lheel",  "rheel",
+    "lknee",     "rknee",     "lhand", "rhand", "lelbow", "relbow",
+    "lshoulder", "rshoulder", "lhip",  "rhip"};
 
 // The file, its keys, and what it says of a model.
 struct KeyFile {
@@ -51,8 +51,7 @@ absl::Status KeyError(const KeyFile& file, size_t key,
 
 absl::Status FindKeys(const XMLElement& mujoco, KeyFile* file) {
   for (const XMLElement* section = mujoco.FirstChildElement("keyframe");
-       section != nullptr;
-       section = section->NextSiblingElement("keyframe")) {
+       section != nullptr; section = section->NextSiblingElement("keyframe")) {
     for (const XMLElement* key = section->FirstChildElement("key");
          key != nullptr; key = key->NextSiblingElement("key")) {
       file->keys.push_back(key);
@@ -77,9 +76,9 @@ absl::StatusOr<std::unique_ptr<KeyFile>> ReadKeyFile(
   file->source = std::string(source);
   tinyxml2::XMLDocument& document = file->document;
   if (document.Parse(bytes.data(), bytes.size()) != tinyxml2::XML_SUCCESS) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(source, ": expected XML, found: ",
-                     absl::CHexEscape(document.ErrorStr())));
+    return absl::InvalidArgumentError(absl::StrCat(
+        source,
+        ": expected XML, found: ", absl::CHexEscape(document.ErrorStr())));
   }
   const XMLElement* root = document.RootElement();
   if (root == nullptr || absl::string_view(root->Name()) != "mujoco") {
@@ -186,7 +185,7 @@ absl::Status CheckIsRobot(const KeyFile& file) {
     return absl::InvalidArgumentError(absl::StrCat(
         file.source, ": expected a model with a free joint and hinges beside ",
         "the keys, found ",
-        file.joints.empty()            ? "none"
+        file.joints.empty()          ? "none"
         : file.joints.hinges.empty() ? "no hinges"
                                      : "no free joint"));
   }
@@ -198,15 +197,15 @@ absl::StatusOr<RobotPose> ReadPose(const KeyFile& file, size_t key) {
                          ReadNumbers(file, key, "qpos"));
   const size_t expected = kRootNumbers + file.joints.hinges.size();
   if (qpos.size() != expected) {
-    return KeyError(file, key, "qpos",
-                    absl::StrCat("expected ", expected,
-                                 " numbers, as its model has, found ",
-                                 qpos.size()));
+    return KeyError(
+        file, key, "qpos",
+        absl::StrCat("expected ", expected,
+                     " numbers, as its model has, found ", qpos.size()));
   }
   RobotPose pose;
   pose.root_position = Vector3d(qpos[0], qpos[1], qpos[2]);
-  const double norm = std::hypot(std::hypot(qpos[3], qpos[4], qpos[5]),
-                                 qpos[6]);
+  const double norm =
+      std::hypot(std::hypot(qpos[3], qpos[4], qpos[5]), qpos[6]);
   if (!(std::abs(norm - 1) <= kKeyNormTolerance)) {
     return KeyError(
         file, key, "qpos",
@@ -216,8 +215,8 @@ absl::StatusOr<RobotPose> ReadPose(const KeyFile& file, size_t key) {
   }
   pose.root_rotation = Eigen::Quaterniond(qpos[3] / norm, qpos[4] / norm,
                                           qpos[5] / norm, qpos[6] / norm);
-  pose.joints = Eigen::Map<const Eigen::VectorXd>(
-      qpos.data() + kRootNumbers, qpos.size() - kRootNumbers);
+  pose.joints = Eigen::Map<const Eigen::VectorXd>(qpos.data() + kRootNumbers,
+                                                  qpos.size() - kRootNumbers);
   return pose;
 }
 
@@ -230,14 +229,16 @@ absl::StatusOr<std::vector<std::string>> MarkerNames(const KeyFile& file,
     return KeyError(file, 0, "mpos",
                     absl::StrCat("expected ", bodies.size(),
                                  " markers, as the model has mocap bodies, "
-                                 "found ", count));
+                                 "found ",
+                                 count));
   }
   if (count == std::size(kMjpcMarkers)) {
     return std::vector<std::string>(std::begin(kMjpcMarkers),
                                     std::end(kMjpcMarkers));
   }
   std::vector<std::string> names;
-  for (size_t i = 0; i < count; ++i) names.push_back(absl::StrCat("marker_", i));
+  for (size_t i = 0; i < count; ++i)
+    names.push_back(absl::StrCat("marker_", i));
   return names;
 }
 
@@ -246,9 +247,9 @@ absl::StatusOr<std::vector<Vector3d>> ReadMarkers(const KeyFile& file,
   SINEW_ASSIGN_OR_RETURN(const std::vector<double> mpos,
                          ReadNumbers(file, key, "mpos"));
   if (mpos.empty() || mpos.size() % 3 != 0) {
-    return KeyError(file, key, "mpos",
-                    absl::StrCat("expected 3 numbers a marker, found ",
-                                 mpos.size()));
+    return KeyError(
+        file, key, "mpos",
+        absl::StrCat("expected 3 numbers a marker, found ", mpos.size()));
   }
   std::vector<Vector3d> positions;
   for (size_t i = 0; i < mpos.size(); i += 3) {
@@ -302,10 +303,10 @@ absl::StatusOr<MarkerClip> ParseMarkerKeyframes(absl::string_view bytes,
                              MarkerNames(*file, positions.size()));
     }
     if (positions.size() != clip.markers.size()) {
-      return KeyError(*file, key, "mpos",
-                      absl::StrCat("expected ", clip.markers.size(),
-                                   " markers as in key 0, found ",
-                                   positions.size()));
+      return KeyError(
+          *file, key, "mpos",
+          absl::StrCat("expected ", clip.markers.size(),
+                       " markers as in key 0, found ", positions.size()));
     }
     clip.positions.push_back(std::move(positions));
   }

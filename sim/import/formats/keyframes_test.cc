@@ -17,14 +17,14 @@
 namespace sinew::import {
 namespace {
 
+using Eigen::Vector3d;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using Eigen::Vector3d;
-using testing::CheckClip;
 
 // Two legs of a hinge each, one through a frame, and a tail whose type is a
 // class's. The order of qpos: root, left_knee, right_knee, tail.
@@ -141,16 +141,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{File(absl::StrCat(kKeys, "<key time='3' qpos='1 2'/>")),
                 "key 2 (\"\"): qpos: expected 10 numbers, as its model has, "
                 "found 2"},
-        BadFile{File(absl::StrCat(
-                    kKeys, "<key time='1.5' qpos='0 0 1 1 0 0 0 0 0 0'/>")),
-                "key 2 (\"\"): time: expected more than the 1.5 s of the key "
-                "before, found 1.5"},
-        BadFile{File(absl::StrCat(
-                    kKeys, "<key time='3' qpos='0 0 1 1 1 0 0 0 0 0'/>")),
-                "expected a unit quaternion (norm 1 +- 0.01), found norm 1.41"},
-        BadFile{File(absl::StrCat(
-                    kKeys, "<key time='3' qpos='0 0 nan 1 0 0 0 0 0 0'/>")),
-                "expected numbers within +-1e+06, found \"nan\""},
+        BadFile{
+            File(absl::StrCat(kKeys,
+                              "<key time='1.5' qpos='0 0 1 1 0 0 0 0 0 0'/>")),
+            "key 2 (\"\"): time: expected more than the 1.5 s of the key "
+            "before, found 1.5"},
+        BadFile{
+            File(absl::StrCat(kKeys,
+                              "<key time='3' qpos='0 0 1 1 1 0 0 0 0 0'/>")),
+            "expected a unit quaternion (norm 1 +- 0.01), found norm 1.41"},
+        BadFile{
+            File(absl::StrCat(kKeys,
+                              "<key time='3' qpos='0 0 nan 1 0 0 0 0 0 0'/>")),
+            "expected numbers within +-1e+06, found \"nan\""},
         BadFile{File(absl::StrCat(kKeys, "<key time='soon' qpos='0'/>")),
                 "time: expected numbers within +-1e+06, found \"soon\""}));
 
@@ -169,8 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{File(kKeys, Model("<joint name='a'/><freejoint/>")),
                 "expected one free joint, before all others"},
         BadFile{File(kKeys, Model("<freejoint/>")), "found no hinges"},
-        BadFile{File(kKeys, Model("<joint name='a'/>")),
-                "found no free joint"},
+        BadFile{File(kKeys, Model("<joint name='a'/>")), "found no free joint"},
         BadFile{File(kKeys, "<include file='robot.xml'/>"),
                 "expected a model in one file, found <include"},
         BadFile{File(kKeys, Model("<replicate count='1000000000'/>")),
@@ -186,9 +188,9 @@ TEST(Keyframes, RefusesAClipOfMoreThanFourHours) {
 TEST(Keyframes, DeepNestingIsAnErrorAndNotACrash) {
   std::string model;
   for (int i = 0; i < 100000; ++i) model += "<worldbody>";
-  EXPECT_THAT(Parse(File(kKeys, model)),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected XML")));
+  EXPECT_THAT(
+      Parse(File(kKeys, model)),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("expected XML")));
 }
 
 TEST(Keyframes, AnyTruncationIsAnErrorAndNotACrash) {
@@ -219,8 +221,8 @@ TEST(Keyframes, ReadsTheMarkersOfRealFiles) {
     // Which marker is which: the head is above the pelvis, the hips a body's
     // width apart, and each knee between hip and heel.
     const auto at = [&](const char* marker) {
-      const auto found = std::find(clip->markers.begin(), clip->markers.end(),
-                                   marker);
+      const auto found =
+          std::find(clip->markers.begin(), clip->markers.end(), marker);
       return clip->positions[0][found - clip->markers.begin()];
     };
     EXPECT_GT(at("head").z(), at("pelvis").z()) << name;

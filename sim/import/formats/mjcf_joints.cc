@@ -112,8 +112,8 @@ class Reader {
       if (Is(*element, "freejoint")) {
         SINEW_RETURN_IF_ERROR(AddJoint(*element, "free"));
       } else if (Is(*element, "joint")) {
-        SINEW_RETURN_IF_ERROR(AddJoint(*element, TypeOf(*element,
-                                                        child_class)));
+        SINEW_RETURN_IF_ERROR(
+            AddJoint(*element, TypeOf(*element, child_class)));
       } else if (Is(*element, "frame")) {
         SINEW_RETURN_IF_ERROR(
             ReadJoints(*element, ChildClass(*element, child_class)));

@@ -15,7 +15,8 @@ namespace sinew::import {
 // them.
 struct MjcfJoints {
   bool has_free_joint = false;
-  std::vector<std::string> hinges;  // in the order of qpos, after the free joint
+  std::vector<std::string>
+      hinges;  // in the order of qpos, after the free joint
   std::vector<std::string> mocap_bodies;
 
   bool empty() const { return !has_free_joint && hinges.empty(); }

@@ -29,8 +29,7 @@ T Load(const char* item, bool big_endian) {
 double LoadFloat(const char* item, int64_t size, bool big_endian) {
   if (size == 8) return Load<double>(item, big_endian);
   if (size == 4) return Load<float>(item, big_endian);
-  return Eigen::numext::bit_cast<Eigen::half>(
-      Load<uint16_t>(item, big_endian));
+  return Eigen::numext::bit_cast<Eigen::half>(Load<uint16_t>(item, big_endian));
 }
 
 template <typename T1, typename T2, typename T4, typename T8>
@@ -71,9 +70,9 @@ absl::StatusOr<NpyArray> NpyArray::Parse(std::string bytes,
                                          absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(NpyHeader header, ParseNpyHeader(bytes, source));
   if (header.total_bytes() != static_cast<int64_t>(bytes.size())) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        source, ": expected ", header.total_bytes(), " bytes for ",
-        header.ToString(), ", found ", bytes.size()));
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": expected ", header.total_bytes(), " bytes for ",
+                     header.ToString(), ", found ", bytes.size()));
   }
   return NpyArray(std::move(header), std::move(bytes));
 }
@@ -97,7 +96,8 @@ double NpyArray::Number(int64_t index) const {
     case Kind::kFloat:
       return LoadFloat(item, size, big_endian);
     case Kind::kInt:
-      return LoadWhole<int8_t, int16_t, int32_t, int64_t>(item, size, big_endian);
+      return LoadWhole<int8_t, int16_t, int32_t, int64_t>(item, size,
+                                                          big_endian);
     default:
       return LoadWhole<uint8_t, uint16_t, uint32_t, uint64_t>(item, size,
                                                               big_endian);

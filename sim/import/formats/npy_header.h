@@ -25,7 +25,7 @@ struct NpyHeader {
   bool is_text() const {
     return kind == Kind::kUnicode || kind == Kind::kBytes;
   }
-  int64_t count() const;       // elements
+  int64_t count() const;  // elements
   int64_t total_bytes() const { return data_offset + count() * item_bytes; }
   // "float32 (119, 72)".
   std::string ToString() const;

@@ -53,8 +53,7 @@ TEST(Npy, ReadsHalfPrecision) {
 
 TEST(Npy, GivesFortranOrderInCOrder) {
   const std::string data("\x00\x10\x01\x11\x02\x12", 6);
-  const auto array =
-      NpyArray::Parse(MakeNpy("|u1", true, "(2, 3)", data), "a");
+  const auto array = NpyArray::Parse(MakeNpy("|u1", true, "(2, 3)", data), "a");
 
   ASSERT_THAT(array, IsOk());
   EXPECT_THAT(Numbers(*array), ElementsAre(0, 1, 2, 16, 17, 18));
@@ -93,8 +92,7 @@ class NpyError : public ::testing::TestWithParam<BadArray> {};
 TEST_P(NpyError, NamesSourceExpectedAndFound) {
   EXPECT_THAT(NpyArray::Parse(GetParam().bytes, "b.npz: poses"),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("b.npz: poses: "),
-                             HasSubstr("expected"),
+                       AllOf(HasSubstr("b.npz: poses: "), HasSubstr("expected"),
                              HasSubstr(GetParam().expected))));
 }
 

@@ -37,9 +37,9 @@ absl::Status CheckMember(const zip_stat_t& stat, const std::string& label) {
                      "compression method ", stat.comp_method));
   }
   if (stat.size / kMaxRatio > stat.comp_size + kRatioSlack) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        label, ": expected a size that ", stat.comp_size,
-        " compressed bytes can have, found ", stat.size));
+    return absl::InvalidArgumentError(
+        absl::StrCat(label, ": expected a size that ", stat.comp_size,
+                     " compressed bytes can have, found ", stat.size));
   }
   if (stat.size > static_cast<uint64_t>(kNpyMaxBytes + kNpyMaxHeaderBytes)) {
     return absl::ResourceExhaustedError(
@@ -57,12 +57,11 @@ absl::Status Fill(zip_file_t* file, bool whole, const std::string& label,
   char beyond;
   while (read < bytes->size() + (whole ? 1 : 0)) {
     const bool full = read == bytes->size();
-    const int64_t got =
-        zip_fread(file, full ? &beyond : &(*bytes)[read],
-                  full ? 1 : bytes->size() - read);
+    const int64_t got = zip_fread(file, full ? &beyond : &(*bytes)[read],
+                                  full ? 1 : bytes->size() - read);
     if (got < 0) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          label, ": cannot be read: ", zip_file_strerror(file)));
+      return absl::InvalidArgumentError(
+          absl::StrCat(label, ": cannot be read: ", zip_file_strerror(file)));
     }
     if (got == 0) break;
     read += got;
@@ -77,8 +76,7 @@ absl::Status Fill(zip_file_t* file, bool whole, const std::string& label,
 
 void NpzFile::Closer::operator()(zip* archive) const { zip_discard(archive); }
 
-NpzFile::NpzFile(std::unique_ptr<zip, Closer> archive,
-                 absl::string_view source)
+NpzFile::NpzFile(std::unique_ptr<zip, Closer> archive, absl::string_view source)
     : archive_(std::move(archive)), source_(source) {}
 NpzFile::NpzFile(NpzFile&&) = default;
 NpzFile::~NpzFile() = default;
@@ -97,8 +95,8 @@ absl::StatusOr<NpzFile> NpzFile::Open(absl::string_view bytes,
   const std::string reason = zip_error_strerror(&error);
   zip_error_fini(&error);
   if (archive == nullptr) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        source, ": expected an npz (zip) file, found: ", reason));
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": expected an npz (zip) file, found: ", reason));
   }
   NpzFile file(std::unique_ptr<zip, Closer>(archive), source);
   SINEW_RETURN_IF_ERROR(file.Index());
@@ -126,8 +124,8 @@ std::string NpzFile::Label(const std::string& name) const {
 
 std::string NpzFile::Names() const {
   constexpr size_t kMaxBytes = 400;
-  std::string names = absl::StrJoin(
-      members_, ", ", [](std::string* out, const auto& member) {
+  std::string names =
+      absl::StrJoin(members_, ", ", [](std::string* out, const auto& member) {
         absl::StrAppend(out, absl::CHexEscape(member.first));
       });
   if (names.empty()) return "no members";
@@ -166,9 +164,8 @@ absl::StatusOr<NpyHeader> NpzFile::ReadHeader(const std::string& name) const {
 }
 
 absl::StatusOr<NpyArray> NpzFile::ReadArray(const std::string& name) const {
-  SINEW_ASSIGN_OR_RETURN(
-      std::string bytes,
-      ReadMember(name, kNpyMaxBytes + kNpyMaxHeaderBytes));
+  SINEW_ASSIGN_OR_RETURN(std::string bytes,
+                         ReadMember(name, kNpyMaxBytes + kNpyMaxHeaderBytes));
   return NpyArray::Parse(std::move(bytes), Label(name));
 }
 

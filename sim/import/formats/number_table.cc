@@ -72,10 +72,10 @@ absl::StatusOr<std::vector<double>> ReadRow(const Cells& cells,
   for (size_t i = 0; i < cells.size(); ++i) {
     double value;
     if (!absl::SimpleAtod(cells[i], &value) || !std::isfinite(value)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          source, ": line ", line, ", column ", i + 1,
-          ": expected a finite number, found \"",
-          absl::CHexEscape(cells[i].substr(0, kMaxShown)), "\""));
+      return absl::InvalidArgumentError(
+          absl::StrCat(source, ": line ", line, ", column ", i + 1,
+                       ": expected a finite number, found \"",
+                       absl::CHexEscape(cells[i].substr(0, kMaxShown)), "\""));
     }
     row.push_back(value);
   }
@@ -109,10 +109,9 @@ absl::StatusOr<NumberTable> ParseNumberTable(absl::string_view text,
     const Cells cells = SplitLine(line);
     if (columns == 0) columns = cells.size();
     if (cells.size() != columns) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(source, ": line ", line_number, ": expected ", columns,
-                       " columns as in line ", first_line, ", found ",
-                       cells.size()));
+      return absl::InvalidArgumentError(absl::StrCat(
+          source, ": line ", line_number, ": expected ", columns,
+          " columns as in line ", first_line, ", found ", cells.size()));
     }
     SINEW_ASSIGN_OR_RETURN(std::vector<double> row,
                            ReadRow(cells, source, line_number));

@@ -125,8 +125,8 @@ OrderEvidence Weigh(const RobotClip& clip, const std::string& order,
     SetPose(next, order, addresses, model, data);
     const Vector3d moved = Vector3d(data->xpos + 3 * lowest.body) - before;
     evidence.height_m += std::min(std::abs(lowest.height), kMaxHeight);
-    evidence.skate_m_per_s += std::min(
-        moved.head<2>().norm() / (next.time - pose.time), kMaxSkate);
+    evidence.skate_m_per_s +=
+        std::min(moved.head<2>().norm() / (next.time - pose.time), kMaxSkate);
     evidence.lean += 1 - up.z();
   }
   evidence.height_m /= frames;
@@ -146,8 +146,7 @@ bool OrderConclusion::is_doubtful() const {
 absl::StatusOr<OrderConclusion> CompareQuaternionOrders(const RobotClip& clip,
                                                         const mjModel& model) {
   SINEW_CHECK(clip.facts.quaternion_order().empty() && clip.poses.size() > 1);
-  SINEW_ASSIGN_OR_RETURN(const Addresses addresses,
-                         FindAddresses(clip, model));
+  SINEW_ASSIGN_OR_RETURN(const Addresses addresses, FindAddresses(clip, model));
   const character::DataPtr data(mj_makeData(&model));
   OrderConclusion conclusion;
   conclusion.wxyz = Weigh(clip, kWxyz, addresses, model, data.get());

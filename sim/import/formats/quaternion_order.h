@@ -25,9 +25,7 @@ struct OrderEvidence {
   double lean = 0;
 
   // In metres: what is compared.
-  double score() const {
-    return height_m + 0.1 * skate_m_per_s + 0.1 * lean;
-  }
+  double score() const { return height_m + 0.1 * skate_m_per_s + 0.1 * lean; }
 };
 
 struct OrderConclusion {

@@ -50,8 +50,7 @@ std::string TurningG1(const std::string& order, double from, double to,
     const double yaw = from + (to - from) * i / (kFrames - 1);
     const Eigen::Quaterniond q =
         motion::YawRotation(yaw) *
-        Eigen::Quaterniond(
-            Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()));
+        Eigen::Quaterniond(Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()));
     std::vector<double> row = {0, 0, 0.757};
     const Eigen::Vector4d xyzw = q.coeffs();
     for (int k = 0; k < 4; ++k) {
@@ -134,8 +133,8 @@ TEST(QuaternionOrder, IsConcludedForEveryRealRecording) {
   int read = 0;
   double least_margin = 1e9;
   std::string least;
-  for (const char* place : {"motions/g1_moves/csv",
-                            "motions/asap/g1_csv_converted"}) {
+  for (const char* place :
+       {"motions/g1_moves/csv", "motions/asap/g1_csv_converted"}) {
     const std::string folder = JoinPath(data, place);
     const auto names = ListDirectory(folder);
     ASSERT_THAT(names, IsOk());
@@ -147,8 +146,7 @@ TEST(QuaternionOrder, IsConcludedForEveryRealRecording) {
       const auto conclusion = CompareQuaternionOrders(*clip, *G1().model());
       ASSERT_THAT(conclusion, IsOk());
       EXPECT_EQ(conclusion->order(), "xyzw") << name;
-      const double margin =
-          conclusion->wxyz.score() / conclusion->xyzw.score();
+      const double margin = conclusion->wxyz.score() / conclusion->xyzw.score();
       if (margin < least_margin) least = name;
       least_margin = std::min(least_margin, margin);
       ++read;

@@ -45,7 +45,7 @@ std::string Stem(absl::string_view name) {
 struct Columns {
   std::vector<std::string> joints;  // in the order of the columns
   std::string map;
-  double layout_rate = 0;  // 0: unknown
+  double layout_rate = 0;        // 0: unknown
   std::string quaternion_order;  // empty: unknown
 };
 
@@ -71,8 +71,8 @@ absl::StatusOr<Columns> ColumnsByCount(
     if (layout.joints_size() != count - kRootColumns) continue;
     if (match != nullptr) {
       return ColumnsError(source, layouts,
-                          absl::StrCat(count, " columns, as of ",
-                                       match->name(), " and ", layout.name()));
+                          absl::StrCat(count, " columns, as of ", match->name(),
+                                       " and ", layout.name()));
     }
     match = &layout;
   }
@@ -117,10 +117,10 @@ absl::StatusOr<Columns> ColumnsByName(
     }
   }
   if (columns.map.empty() && !unknown.empty()) {
-    return ColumnsError(source, layouts,
-                        absl::StrCat("a column \"",
-                                     absl::CHexEscape(unknown.substr(0, 60)),
-                                     "\""));
+    return ColumnsError(
+        source, layouts,
+        absl::StrCat("a column \"", absl::CHexEscape(unknown.substr(0, 60)),
+                     "\""));
   }
   const std::set<std::string> once(columns.joints.begin(),
                                    columns.joints.end());
@@ -140,9 +140,10 @@ std::string NamedOrder(const std::vector<std::string>& names) {
   return order == "wxyz" || order == "xyzw" ? order : "";
 }
 
-absl::StatusOr<Columns> FindColumns(
-    const NumberTable& table, absl::string_view source,
-    const std::vector<v1::RobotLayout>& layouts, RobotClip* clip) {
+absl::StatusOr<Columns> FindColumns(const NumberTable& table,
+                                    absl::string_view source,
+                                    const std::vector<v1::RobotLayout>& layouts,
+                                    RobotClip* clip) {
   const int count = static_cast<int>(table.rows[0].size());
   if (count <= kRootColumns || table.names.empty()) {
     return ColumnsByCount(count, source, layouts);
@@ -217,8 +218,8 @@ absl::Status ReadPoses(const NumberTable& table, absl::string_view source,
         pose.root_rotation,
         ReadQuaternion(row, clip->facts.quaternion_order() == "xyzw",
                        table.lines[i], source));
-    pose.joints = Eigen::Map<const Eigen::VectorXd>(
-        row.data() + kRootColumns, row.size() - kRootColumns);
+    pose.joints = Eigen::Map<const Eigen::VectorXd>(row.data() + kRootColumns,
+                                                    row.size() - kRootColumns);
     clip->poses.push_back(std::move(pose));
   }
   return absl::OkStatus();

@@ -28,8 +28,8 @@ const std::vector<sinew::v1::RobotLayout>& Layouts() {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const absl::string_view bytes(reinterpret_cast<const char*>(data), size);
-  const auto clip = sinew::import::ParseRobotCsv(bytes, "clip", "fuzz.csv", {},
-                                                 Layouts());
+  const auto clip =
+      sinew::import::ParseRobotCsv(bytes, "clip", "fuzz.csv", {}, Layouts());
   if (clip.ok()) sinew::import::testing::CheckClip(*clip);
   return 0;
 }

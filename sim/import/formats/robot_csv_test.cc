@@ -21,10 +21,10 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::CheckClip;
 
 v1::RobotLayout Layout(const std::string& name,
                        const std::vector<std::string>& joints,
@@ -52,8 +52,8 @@ constexpr char kTwoRows[] =
     "1.5,2,0.8,0,0,0.6,0.8,0.3,0.4\n";
 
 TEST(RobotCsv, ReadsRowsOfTheOnlyLayoutThatFits) {
-  const auto clip = Parse(kTwoRows, {.frames_per_second = 10,
-                                     .quaternion_order = "xyzw"});
+  const auto clip =
+      Parse(kTwoRows, {.frames_per_second = 10, .quaternion_order = "xyzw"});
 
   ASSERT_THAT(clip, IsOk());
   CheckClip(*clip);
@@ -74,8 +74,7 @@ TEST(RobotCsv, SpacesTabsAndSemicolonsPartColumnsToo) {
   const auto commas = Parse(kTwoRows);
   ASSERT_THAT(commas, IsOk());
   for (const char* separator : {" ", "\t", ";", " , ", "   "}) {
-    const auto clip =
-        Parse(absl::StrReplaceAll(kTwoRows, {{",", separator}}));
+    const auto clip = Parse(absl::StrReplaceAll(kTwoRows, {{",", separator}}));
     ASSERT_THAT(clip, IsOk()) << "\"" << separator << "\"";
     EXPECT_EQ(clip->poses[1].joints, commas->poses[1].joints);
   }
@@ -240,8 +239,8 @@ TEST(RobotCsv, ReadsEveryRealRecording) {
   const auto layouts = KnownRobotLayouts();
   ASSERT_THAT(layouts, IsOk());
   int read = 0;
-  for (const char* place : {"motions/g1_moves/csv",
-                            "motions/asap/g1_csv_converted"}) {
+  for (const char* place :
+       {"motions/g1_moves/csv", "motions/asap/g1_csv_converted"}) {
     const bool is_asap = absl::StrContains(place, "asap");
     const std::string folder = JoinPath(data, place);
     const auto names = ListDirectory(folder);

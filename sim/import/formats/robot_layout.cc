@@ -18,9 +18,9 @@ constexpr int kMaxJoints = 500;
 constexpr const char* kKnown[] = {"g1_23dof", "g1_29dof", "h1_2"};
 
 bool IsShortName(absl::string_view name) {
-  return !name.empty() && name.find_first_not_of(
-                              "abcdefghijklmnopqrstuvwxyz0123456789_") ==
-                              absl::string_view::npos;
+  return !name.empty() &&
+         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") ==
+             absl::string_view::npos;
 }
 
 absl::Status CheckLayout(const v1::RobotLayout& layout,
@@ -74,8 +74,8 @@ absl::StatusOr<std::vector<v1::RobotLayout>> KnownRobotLayouts() {
   std::vector<v1::RobotLayout> layouts;
   for (const char* name : kKnown) {
     SINEW_ASSIGN_OR_RETURN(const std::string path,
-                           FindWorkspaceFile(absl::StrCat(
-                               "sim/import/maps/", name, ".textproto")));
+                           FindWorkspaceFile(absl::StrCat("sim/import/maps/",
+                                                          name, ".textproto")));
     SINEW_ASSIGN_OR_RETURN(v1::RobotLayout layout, LoadRobotLayout(path));
     layouts.push_back(std::move(layout));
   }

@@ -27,8 +27,8 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 // Beyond them numbers cannot be what they should.
-constexpr double kMaxAngle = 1000;      // rad
-constexpr double kMaxPosition = 1e6;    // m
+constexpr double kMaxAngle = 1000;    // rad
+constexpr double kMaxPosition = 1e6;  // m
 // A shape coefficient is in standard deviations of the population.
 constexpr double kOddShape = 3;
 
@@ -58,19 +58,17 @@ class Table {
                                     double rate) {
     SINEW_ASSIGN_OR_RETURN(const NpyHeader header, file.ReadHeader(member));
     const std::vector<int64_t>& shape = header.shape;
-    const bool fits = !header.is_text() &&
-                      (shape.size() == 2 ||
-                       (shape.size() == 3 && shape[2] == 3));
-    const int64_t found = fits ? header.count() / std::max<int64_t>(
-                                                      shape[0], 1)
-                               : 0;
+    const bool fits =
+        !header.is_text() &&
+        (shape.size() == 2 || (shape.size() == 3 && shape[2] == 3));
+    const int64_t found =
+        fits ? header.count() / std::max<int64_t>(shape[0], 1) : 0;
     if (!fits || (shape[0] > 0 && std::find(columns.begin(), columns.end(),
                                             found) == columns.end())) {
-      return MemberError(
-          file, member,
-          absl::StrCat("expected numbers (frames, ",
-                       absl::StrJoin(columns, " or "), "), found ",
-                       header.ToString()));
+      return MemberError(file, member,
+                         absl::StrCat("expected numbers (frames, ",
+                                      absl::StrJoin(columns, " or "),
+                                      "), found ", header.ToString()));
     }
     if (shape[0] < 2) {
       return MemberError(file, member,
@@ -127,11 +125,11 @@ absl::StatusOr<double> ReadRate(const NpzFile& file,
     const auto member = FindMember(
         file, {"mocap_framerate", "mocap_frame_rate", "fps", "frame_rate"});
     if (!member.has_value()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          file.Label("mocap_framerate"),
-          ": expected the number of frames per second here, in "
-          "mocap_frame_rate, fps or frame_rate, or given, found ",
-          file.Names()));
+      return absl::InvalidArgumentError(
+          absl::StrCat(file.Label("mocap_framerate"),
+                       ": expected the number of frames per second here, in "
+                       "mocap_frame_rate, fps or frame_rate, or given, found ",
+                       file.Names()));
     }
     SINEW_ASSIGN_OR_RETURN(const NpyArray array, file.ReadArray(*member));
     if (array.header().is_text() || array.count() != 1) {
@@ -152,20 +150,21 @@ absl::StatusOr<double> ReadRate(const NpzFile& file,
 }
 
 // The tables whose columns, one after the other, are the joints' vectors.
-absl::StatusOr<std::vector<Table>> ReadPoses(const NpzFile& file,
-                                             double rate) {
+absl::StatusOr<std::vector<Table>> ReadPoses(const NpzFile& file, double rate) {
   std::vector<Table> tables;
   const auto whole = FindMember(file, {"poses", "pose_aa"});
   if (whole.has_value()) {
-    SINEW_ASSIGN_OR_RETURN(
-        Table table, Table::Read(file, *whole, {66, 72, 156, 165}, rate));
+    SINEW_ASSIGN_OR_RETURN(Table table,
+                           Table::Read(file, *whole, {66, 72, 156, 165}, rate));
     tables.push_back(std::move(table));
     return tables;
   }
   if (!file.Has("root_orient") || !file.Has("pose_body")) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        file.Label("poses"), ": expected a member of this name, pose_aa, or "
-        "root_orient and pose_body, found ", file.Names()));
+    return absl::InvalidArgumentError(
+        absl::StrCat(file.Label("poses"),
+                     ": expected a member of this name, pose_aa, or "
+                     "root_orient and pose_body, found ",
+                     file.Names()));
   }
   SINEW_ASSIGN_OR_RETURN(Table root,
                          Table::Read(file, "root_orient", {3}, rate));
@@ -199,9 +198,8 @@ absl::StatusOr<std::vector<Quaterniond>> ReadRotations(
     SINEW_ASSIGN_OR_RETURN(const Vector3d vector,
                            tables[table].Vector(row, column, kMaxAngle));
     column += 3;
-    rotations.push_back(joint == 0
-                            ? motion::Exp(vector) * to_z_up.conjugate()
-                            : motion::Exp(to_z_up * vector));
+    rotations.push_back(joint == 0 ? motion::Exp(vector) * to_z_up.conjugate()
+                                   : motion::Exp(to_z_up * vector));
   }
   rotations.resize(SmplSkeleton().joints.size(), Quaterniond::Identity());
   return rotations;
@@ -209,8 +207,7 @@ absl::StatusOr<std::vector<Quaterniond>> ReadRotations(
 
 // Frames in the world of the file.
 absl::Status ReadFrames(const std::vector<Table>& poses, const Table& trans,
-                        double rate, double metres_per_unit,
-                        SourceClip* clip) {
+                        double rate, double metres_per_unit, SourceClip* clip) {
   for (int64_t row = 0; row < trans.rows(); ++row) {
     SourcePose pose;
     pose.time = static_cast<double>(row) / rate;
@@ -275,8 +272,7 @@ absl::StatusOr<SourceClip> ParseSmplNpz(absl::string_view bytes,
   }
   SINEW_ASSIGN_OR_RETURN(const NpzFile file, NpzFile::Open(bytes, source));
   SINEW_ASSIGN_OR_RETURN(const double rate, ReadRate(file, options));
-  SINEW_ASSIGN_OR_RETURN(const std::vector<Table> poses,
-                         ReadPoses(file, rate));
+  SINEW_ASSIGN_OR_RETURN(const std::vector<Table> poses, ReadPoses(file, rate));
   SINEW_ASSIGN_OR_RETURN(
       const Table trans,
       Table::Read(file, FindMember(file, {"trans", "transl"}).value_or("trans"),
@@ -288,8 +284,7 @@ absl::StatusOr<SourceClip> ParseSmplNpz(absl::string_view bytes,
   clip.name = std::string(name);
   clip.skeleton = SmplSkeleton();
   const double metres_per_unit = options.metres_per_unit.value_or(1);
-  SINEW_RETURN_IF_ERROR(
-      ReadFrames(poses, trans, rate, metres_per_unit, &clip));
+  SINEW_RETURN_IF_ERROR(ReadFrames(poses, trans, rate, metres_per_unit, &clip));
   WarnOfShape(file, &clip);
   const char up_axis = options.up_axis.value_or(ConcludeUpAxis(clip));
   TurnUp(up_axis, &clip);

@@ -7,8 +7,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const absl::string_view bytes(reinterpret_cast<const char*>(data), size);
-  const auto clip =
-      sinew::import::ParseSmplNpz(bytes, "clip", "fuzz.npz", {});
+  const auto clip = sinew::import::ParseSmplNpz(bytes, "clip", "fuzz.npz", {});
   if (clip.ok()) sinew::import::testing::CheckClip(*clip);
   return 0;
 }

@@ -20,14 +20,14 @@
 namespace sinew::import {
 namespace {
 
+using Eigen::Vector3d;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using Eigen::Vector3d;
-using testing::CheckClip;
 using testing::MakeNpy;
 using testing::MakeNpyText;
 using testing::MakeNpz;
@@ -93,7 +93,8 @@ TEST(SmplNpz, ReadsABodyThatStandsInAWorldWithZUp) {
   const std::vector<Vector3d> joints = Positions(*clip, 1);
   // The model looks along its z axis, which the quarter turn makes -y.
   const Vector3d up = (joints[clip->skeleton.Find("head")] -
-                       joints[clip->skeleton.Find("spine1")]).normalized();
+                       joints[clip->skeleton.Find("spine1")])
+                          .normalized();
   EXPECT_GT(up.z(), 0.99);
   const Vector3d left = joints[clip->skeleton.Find("left_hip")] -
                         joints[clip->skeleton.Find("right_hip")];
@@ -122,8 +123,7 @@ TEST(SmplNpz, RestPoseIsATThatLooksAlongX) {
 TEST(SmplNpz, TurnsJointsAboutTheModelsAxes) {
   std::vector<double> poses = StandingPoses(72);
   poses[3 * 4] = M_PI / 2;  // left knee, about the model's x axis: flexion
-  const auto clip =
-      Parse(With({"poses", MakeNpy("<f8", "(3, 72)", poses)}));
+  const auto clip = Parse(With({"poses", MakeNpy("<f8", "(3, 72)", poses)}));
 
   ASSERT_THAT(clip, IsOk());
   const auto joints = Positions(*clip, 0);
@@ -146,12 +146,12 @@ TEST(SmplNpz, EveryBodyModelGivesTheSameBody) {
 TEST(SmplNpz, ReadsTheDialectOfAmassX) {
   std::vector<double> root(9, 0);
   for (int frame = 0; frame < 3; ++frame) root[3 * frame] = M_PI / 2;
-  const auto clip = Parse(
-      {{"root_orient", MakeNpy("<f4", kShape3, root)},
-       {"pose_body", MakeNpy("<f8", "(3, 63)", std::vector<double>(189))},
-       {"trans", MakeNpy("<f8", kShape3, Trans())},
-       {"mocap_frame_rate", MakeNpy("<f8", "()", {50})},
-       {"latent_labels", MakeNpy("|O", false, "(41,)", "a pickle")}});
+  const auto clip =
+      Parse({{"root_orient", MakeNpy("<f4", kShape3, root)},
+             {"pose_body", MakeNpy("<f8", "(3, 63)", std::vector<double>(189))},
+             {"trans", MakeNpy("<f8", kShape3, Trans())},
+             {"mocap_frame_rate", MakeNpy("<f8", "()", {50})},
+             {"latent_labels", MakeNpy("|O", false, "(41,)", "a pickle")}});
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_EQ(Positions(*clip, 1), Positions(*Parse(Members()), 1));
@@ -171,8 +171,7 @@ TEST(SmplNpz, ReadsFortranOrder) {
   const std::string c_order =
       MakeNpy("<f8", kShape3, {0, 1, 2, 0, 0, 0, 1, 1, 1});
   data = c_order.substr(c_order.size() - 72);
-  const auto clip =
-      Parse(With({"trans", MakeNpy("<f8", true, kShape3, data)}));
+  const auto clip = Parse(With({"trans", MakeNpy("<f8", true, kShape3, data)}));
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_EQ(Positions(*clip, 2), Positions(*Parse(Members()), 2));
@@ -187,8 +186,8 @@ TEST(SmplNpz, DeflatedFilesGiveTheSameClip) {
 }
 
 TEST(SmplNpz, ConcludesYUpFromABodyThatStandsAlongY) {
-  const auto clip = Parse(With(
-      {"poses", MakeNpy("<f4", "(3, 72)", std::vector<double>(216, 0))}));
+  const auto clip = Parse(
+      With({"poses", MakeNpy("<f4", "(3, 72)", std::vector<double>(216, 0))}));
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_EQ(clip->facts.up_axis(), "y");
@@ -197,15 +196,16 @@ TEST(SmplNpz, ConcludesYUpFromABodyThatStandsAlongY) {
 }
 
 TEST(SmplNpz, OptionsGoBeforeTheFile) {
-  const auto clip = Parse(Members(), {.metres_per_unit = 0.01,
-                                      .up_axis = 'x',
-                                      .frames_per_second = 10});
+  const auto clip =
+      Parse(Members(),
+            {.metres_per_unit = 0.01, .up_axis = 'x', .frames_per_second = 10});
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_DOUBLE_EQ(clip->duration(), 0.2);
   // One unit along x, which is up.
-  EXPECT_NEAR(clip->poses[1].root_position.z() -
-                  clip->poses[0].root_position.z(), 0.01, 1e-9);
+  EXPECT_NEAR(
+      clip->poses[1].root_position.z() - clip->poses[0].root_position.z(), 0.01,
+      1e-9);
   EXPECT_THAT(Parse(Members(), {.frames_per_second = NAN}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("frames per second: expected a number from "
@@ -266,16 +266,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{With({"poses", MakeNpyText("no poses")}),
                 "poses: expected numbers (frames, 66 or 72 or 156 or 165), "
                 "found text ()"},
-        BadFile{With({"poses", MakeNpy("<f4", "(3, 69)",
-                                       std::vector<double>(207))}),
+        BadFile{With({"poses",
+                      MakeNpy("<f4", "(3, 69)", std::vector<double>(207))}),
                 "found float32 (3, 69)"},
-        BadFile{With({"poses", MakeNpy("<f4", "(1, 72)",
-                                       std::vector<double>(72))}),
-                "poses: expected at least 2 frames"},
+        BadFile{
+            With({"poses", MakeNpy("<f4", "(1, 72)", std::vector<double>(72))}),
+            "poses: expected at least 2 frames"},
         BadFile{With({"poses", MakeNpy("<f4", "(0, 72)", {})}),
                 "poses: expected at least 2 frames"},
-        BadFile{With({"poses", MakeNpy("<f4", "(2, 72)",
-                                       std::vector<double>(144))}),
+        BadFile{With({"poses",
+                      MakeNpy("<f4", "(2, 72)", std::vector<double>(144))}),
                 "poses: expected 3 frames as in dir/walk.npz: trans, found 2"},
         BadFile{With({"poses", MakeNpy("<f8", "(3, 72)", PosesWith(77, NAN))}),
                 "poses: frame 1, column 5: expected a number within +-1000, "
@@ -289,8 +289,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(SmplNpz, RefusesAClipOfMoreThanFourHoursBeforeReadingIt) {
   EXPECT_THAT(
       Parse(With({"mocap_framerate", MakeNpy("<f8", "()", {1e-4})})),
-      StatusIs(absl::StatusCode::kResourceExhausted,
-               HasSubstr("poses: expected at most 14400 seconds, found 20000")));
+      StatusIs(
+          absl::StatusCode::kResourceExhausted,
+          HasSubstr("poses: expected at most 14400 seconds, found 20000")));
 }
 
 TEST(SmplNpz, RefusesAMemberTwice) {
@@ -347,8 +348,7 @@ TEST(SmplNpz, AnyTruncationIsAnErrorAndNotACrash) {
   for (const bool deflated : {false, true}) {
     const std::string bytes = MakeNpz(Members(), deflated);
     for (size_t size = 0; size < bytes.size(); ++size) {
-      EXPECT_FALSE(
-          ParseSmplNpz(bytes.substr(0, size), "c", "c.npz", {}).ok());
+      EXPECT_FALSE(ParseSmplNpz(bytes.substr(0, size), "c", "c.npz", {}).ok());
     }
   }
 }
@@ -379,8 +379,8 @@ TEST(SmplNpz, RealBodiesStandUprightOnTheFloor) {
       double low = joints[0].z();
       for (const Vector3d& joint : joints) low = std::min(low, joint.z());
       lowest.push_back(low);
-      upright += (joints[clip->skeleton.Find("neck")] - joints[0])
-                     .normalized().z();
+      upright +=
+          (joints[clip->skeleton.Find("neck")] - joints[0]).normalized().z();
     }
     std::nth_element(lowest.begin(), lowest.begin() + lowest.size() / 2,
                      lowest.end());

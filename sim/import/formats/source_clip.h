@@ -73,7 +73,7 @@ struct SourceClip {
 
 // A clip in the coordinates of a robot: nothing to retarget but joint names.
 struct RobotPose {
-  double time = 0;  // s from the start
+  double time = 0;                // s from the start
   Eigen::Vector3d root_position;  // world, m, z up
   Eigen::Quaterniond root_rotation;
   Eigen::VectorXd joints;  // rad, [joints]

@@ -22,17 +22,18 @@ enum Limb { kNone = 0, kLeg = 1, kArm = 2 };
 
 const std::vector<std::string>& LegWords() {
   static const auto& words = *new std::vector<std::string>{
-      "hip",  "thigh", "femur", "upleg", "leg",   "shin",   "tibia",  "knee",
-      "calf", "ankle", "foot",  "toe",   "talus", "buttock", "loleg", "ball",
-      "upperleg", "lowerleg", "lowleg"};
+      "hip",   "thigh", "femur",    "upleg",    "leg",   "shin",  "tibia",
+      "knee",  "calf",  "ankle",    "foot",     "toe",   "talus", "buttock",
+      "loleg", "ball",  "upperleg", "lowerleg", "lowleg"};
   return words;
 }
 
 const std::vector<std::string>& ArmWords() {
   static const auto& words = *new std::vector<std::string>{
-      "clavicle", "collar", "shoulder", "shldr", "humerus", "arm",   "uparm",
-      "loarm",    "radius", "ulna",     "elbow", "forearm", "wrist", "hand",
-      "finger",   "thumb",  "index",    "upperarm", "lowerarm", "lowarm"};
+      "clavicle", "collar",  "shoulder", "shldr",    "humerus",
+      "arm",      "uparm",   "loarm",    "radius",   "ulna",
+      "elbow",    "forearm", "wrist",    "hand",     "finger",
+      "thumb",    "index",   "upperarm", "lowerarm", "lowarm"};
   return words;
 }
 
@@ -70,9 +71,10 @@ Side SideOf(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (word == "l" || word == "left") return kLeft;
     if (word == "r" || word == "right") return kRight;
-    for (const auto& [prefix, side] :
-         {std::pair{"left", kLeft}, {"right", kRight}, {"l", kLeft},
-          {"r", kRight}}) {
+    for (const auto& [prefix, side] : {std::pair{"left", kLeft},
+                                       {"right", kRight},
+                                       {"l", kLeft},
+                                       {"r", kRight}}) {
       if (!absl::StartsWith(word, prefix)) continue;
       if (NamesLimb(word.substr(absl::string_view(prefix).size()))) {
         return side;
@@ -84,11 +86,11 @@ Side SideOf(const std::vector<std::string>& words) {
 
 Limb LimbOf(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
-    const std::string bare =
-        !word.empty() && (word[0] == 'l' || word[0] == 'r') ? word.substr(1)
-                                                            : word;
-    for (const absl::string_view part : {absl::string_view(word),
-                                         absl::string_view(bare)}) {
+    const std::string bare = !word.empty() && (word[0] == 'l' || word[0] == 'r')
+                                 ? word.substr(1)
+                                 : word;
+    for (const absl::string_view part :
+         {absl::string_view(word), absl::string_view(bare)}) {
       if (NamesPart(part, LegWords())) return kLeg;
       if (NamesPart(part, ArmWords())) return kArm;
     }
@@ -100,8 +102,7 @@ Limb LimbOf(const std::vector<std::string>& words) {
 class Drafter {
  public:
   Drafter(const SourceSkeleton& skeleton, absl::string_view name)
-      : skeleton_(skeleton),
-        joints_(static_cast<int>(skeleton.joints.size())) {
+      : skeleton_(skeleton), joints_(static_cast<int>(skeleton.joints.size())) {
     map_.set_name(std::string(name));
     map_.set_description("Drafted from names and lengths; please check.");
     for (const SourceJoint& joint : skeleton.joints) {
@@ -278,8 +279,8 @@ class Drafter {
 
 }  // namespace
 
-absl::StatusOr<v1::SkeletonMap> DraftSkeletonMap(
-    const SourceSkeleton& skeleton, absl::string_view name) {
+absl::StatusOr<v1::SkeletonMap> DraftSkeletonMap(const SourceSkeleton& skeleton,
+                                                 absl::string_view name) {
   v1::SkeletonMap map = Drafter(skeleton, name).Draft();
   std::vector<std::string> missing;
   for (const std::string& role : RequiredRoles()) {
@@ -311,8 +312,8 @@ std::string SkeletonMapText(const v1::SkeletonMap& map) {
     absl::StrAppend(&text, "first_frame_is_rest: true\n");
   }
   for (const v1::JointRole& joint : map.joints()) {
-    absl::StrAppend(&text, "joints { source: \"", joint.source(),
-                    "\" role: \"", joint.role(), "\"");
+    absl::StrAppend(&text, "joints { source: \"", joint.source(), "\" role: \"",
+                    joint.role(), "\"");
     for (const double angle : joint.rest_degrees()) {
       absl::StrAppend(&text, " rest_degrees: ", angle);
     }

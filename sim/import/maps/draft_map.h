@@ -19,8 +19,8 @@ namespace sinew::import {
 //     that follow one another along the limb;
 //   chest: where the arms meet; spine, neck and head: along the trunk.
 // INVALID_ARGUMENT saying which of the required roles nothing was found for.
-absl::StatusOr<v1::SkeletonMap> DraftSkeletonMap(
-    const SourceSkeleton& skeleton, absl::string_view name);
+absl::StatusOr<v1::SkeletonMap> DraftSkeletonMap(const SourceSkeleton& skeleton,
+                                                 absl::string_view name);
 
 // Text format, one joint a line, as the files in this folder.
 std::string SkeletonMapText(const v1::SkeletonMap& map);

@@ -34,8 +34,8 @@ class FirstError : public google::protobuf::io::ErrorCollector {
  public:
   void AddError(int line, int column, const std::string& message) override {
     if (!text_.empty()) return;
-    text_ = absl::StrCat("line ", line + 1, ", column ", column + 1, ": ",
-                         message);
+    text_ =
+        absl::StrCat("line ", line + 1, ", column ", column + 1, ": ", message);
   }
   const std::string& text() const { return text_; }
 
@@ -44,8 +44,8 @@ class FirstError : public google::protobuf::io::ErrorCollector {
 };
 
 std::vector<std::string> MakeRoles() {
-  std::vector<std::string> roles = {"root", "spine", "chest", "neck", "head",
-                                    "head_end"};
+  std::vector<std::string> roles = {"root", "spine", "chest",
+                                    "neck", "head",  "head_end"};
   for (const char* side : {"left_", "right_"}) {
     for (const char* role :
          {"hip", "knee", "ankle", "toe", "toe_end", "clavicle", "shoulder",
@@ -67,22 +67,20 @@ absl::Status CheckName(const v1::SkeletonMap& map, absl::string_view source) {
         return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '_';
       });
   if (good) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat(source, ": name: expected [a-z0-9_]+, found \"",
-                   map.name(), "\""));
+  return absl::InvalidArgumentError(absl::StrCat(
+      source, ": name: expected [a-z0-9_]+, found \"", map.name(), "\""));
 }
 
-absl::Status CheckJoint(const v1::JointRole& joint,
-                        absl::string_view source) {
+absl::Status CheckJoint(const v1::JointRole& joint, absl::string_view source) {
   if (!Contains(AllRoles(), joint.role())) {
     return absl::InvalidArgumentError(absl::StrCat(
         source, ": joint \"", joint.source(), "\": expected a role (",
         absl::StrJoin(AllRoles(), ", "), "), found \"", joint.role(), "\""));
   }
   const int count = joint.rest_degrees_size();
-  const bool finite = std::all_of(
-      joint.rest_degrees().begin(), joint.rest_degrees().end(),
-      [](double angle) { return std::isfinite(angle); });
+  const bool finite =
+      std::all_of(joint.rest_degrees().begin(), joint.rest_degrees().end(),
+                  [](double angle) { return std::isfinite(angle); });
   if ((count != 0 && count != 3) || !finite) {
     return absl::InvalidArgumentError(absl::StrCat(
         source, ": joint \"", joint.source(),
@@ -113,10 +111,9 @@ absl::Status CheckMap(const v1::SkeletonMap& map, absl::string_view source) {
     if (!roles.contains(role)) missing.push_back(role);
   }
   if (missing.empty()) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat(source, ": expected joints for ",
-                   absl::StrJoin(RequiredRoles(), ", "), ", found none for ",
-                   absl::StrJoin(missing, ", ")));
+  return absl::InvalidArgumentError(absl::StrCat(
+      source, ": expected joints for ", absl::StrJoin(RequiredRoles(), ", "),
+      ", found none for ", absl::StrJoin(missing, ", ")));
 }
 
 // Part of a name after its name space.
@@ -175,9 +172,11 @@ absl::Status CheckLimbs(const v1::SkeletonMap& map,
     names[joint.role()] = joint.source();
   }
   for (const char* side : {"left_", "right_"}) {
-    for (const auto& [above, below] :
-         {std::pair{"hip", "knee"}, {"knee", "ankle"}, {"ankle", "toe"},
-          {"shoulder", "elbow"}, {"elbow", "wrist"}}) {
+    for (const auto& [above, below] : {std::pair{"hip", "knee"},
+                                       {"knee", "ankle"},
+                                       {"ankle", "toe"},
+                                       {"shoulder", "elbow"},
+                                       {"elbow", "wrist"}}) {
       const auto a = names.find(absl::StrCat(side, above));
       const auto b = names.find(absl::StrCat(side, below));
       if (a == names.end() || b == names.end()) continue;
@@ -185,10 +184,10 @@ absl::Status CheckLimbs(const v1::SkeletonMap& map,
                   FindMapped(skeleton, a->second))) {
         continue;
       }
-      return absl::InvalidArgumentError(absl::StrCat(
-          "map ", map.name(), ": expected joint \"", b->second, "\" (",
-          b->first, ") below \"", a->second, "\" (", a->first,
-          "), found it elsewhere in the skeleton"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("map ", map.name(), ": expected joint \"", b->second,
+                       "\" (", b->first, ") below \"", a->second, "\" (",
+                       a->first, "), found it elsewhere in the skeleton"));
     }
   }
   return absl::OkStatus();
@@ -203,8 +202,8 @@ const std::vector<std::string>& AllRoles() {
 
 const std::vector<std::string>& RequiredRoles() {
   static const auto& roles = *new std::vector<std::string>{
-      "root",       "left_hip",   "left_knee",  "left_ankle",
-      "right_hip",  "right_knee", "right_ankle"};
+      "root",      "left_hip",   "left_knee",  "left_ankle",
+      "right_hip", "right_knee", "right_ankle"};
   return roles;
 }
 
@@ -228,8 +227,8 @@ absl::StatusOr<v1::SkeletonMap> LoadSkeletonMap(
   std::string path = name_or_path;
   if (!absl::StrContains(path, "/") && !absl::StrContains(path, ".")) {
     SINEW_ASSIGN_OR_RETURN(
-        path, FindWorkspaceFile(JoinPath(
-                  kFolder, absl::StrCat(name_or_path, kExtension))));
+        path, FindWorkspaceFile(
+                  JoinPath(kFolder, absl::StrCat(name_or_path, kExtension))));
   }
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMaxBytes));
   return ParseSkeletonMap(text, path);
@@ -240,8 +239,7 @@ absl::StatusOr<std::vector<v1::SkeletonMap>> KnownSkeletonMaps() {
       const std::string any,
       FindWorkspaceFile(JoinPath(kFolder, "deepmimic.textproto")));
   const std::string folder = std::filesystem::path(any).parent_path().string();
-  SINEW_ASSIGN_OR_RETURN(std::vector<std::string> names,
-                         ListDirectory(folder));
+  SINEW_ASSIGN_OR_RETURN(std::vector<std::string> names, ListDirectory(folder));
   std::sort(names.begin(), names.end());
   std::vector<v1::SkeletonMap> maps;
   for (const std::string& name : names) {

@@ -72,8 +72,7 @@ TEST(SkeletonMapsTest, AMapThatLacksOrRepeatsOrInventsIsRefusedByName) {
 
 TEST(SkeletonMapsTest, AnUnknownJointIsNamedWithItsNearMisses) {
   const SourceSkeleton skeleton = testing::MadeClip({}).skeleton;
-  const auto map =
-      ParseSkeletonMap(With("\"LeftFoot\"", "\"LeftFeet\""), "f");
+  const auto map = ParseSkeletonMap(With("\"LeftFoot\"", "\"LeftFeet\""), "f");
   ASSERT_THAT(map, IsOk());
   EXPECT_THAT(CheckMapFits(*map, skeleton),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -84,10 +83,9 @@ TEST(SkeletonMapsTest, AnUnknownJointIsNamedWithItsNearMisses) {
 
 TEST(SkeletonMapsTest, LimbsThatDoNotHangTogetherAreRefused) {
   const SourceSkeleton skeleton = testing::MadeClip({}).skeleton;
-  const auto map = ParseSkeletonMap(
-      With("\"LeftLeg\" role: \"left_knee\"",
-           "\"LeftLoArm\" role: \"left_knee\""),
-      "f");
+  const auto map = ParseSkeletonMap(With("\"LeftLeg\" role: \"left_knee\"",
+                                         "\"LeftLoArm\" role: \"left_knee\""),
+                                    "f");
   ASSERT_THAT(map, IsOk());
   EXPECT_THAT(CheckMapFits(*map, skeleton),
               Refused("expected joint \"LeftLoArm\" (left_knee) below "

@@ -119,8 +119,7 @@ class Mapper {
     }
     HingeChain chain;
     if (!is_root) chain = MakeHingeChain(m, map_.bodies[parent].body, body);
-    map_.bodies.push_back(
-        {role, body, parent, chain, Quaterniond::Identity()});
+    map_.bodies.push_back({role, body, parent, chain, Quaterniond::Identity()});
   }
 
   absl::Status CheckRequired() {
@@ -150,10 +149,9 @@ class Mapper {
 
   void AddPoint(int role, int mapped, const Vector3d& zero_place) {
     const int body = map_.bodies[mapped].body;
-    map_.points.push_back(
-        {role, mapped,
-         zero_.rotation[body].conjugate() *
-             (zero_place - zero_.position[body])});
+    map_.points.push_back({role, mapped,
+                           zero_.rotation[body].conjugate() *
+                               (zero_place - zero_.position[body])});
   }
 
   // Where hands are fixed to forearms.
@@ -178,9 +176,8 @@ class Mapper {
     Vector3d front(-1e9, 0, 0);
     for (const GroundPoint& point : model_.points) {
       if (point.body != map_.bodies[ankle].body) continue;
-      Vector3d place =
-          zero_.position[point.body] + zero_.rotation[point.body] *
-                                           point.position;
+      Vector3d place = zero_.position[point.body] +
+                       zero_.rotation[point.body] * point.position;
       place.x() += point.radius;
       place.z() -= point.radius;
       if (place.x() > front.x()) front = place;
@@ -251,9 +248,10 @@ class Mapper {
 }  // namespace
 
 std::string LimbParent(const std::string& role) {
-  for (const auto& [child, parent] :
-       {std::pair{"_knee", "_hip"}, {"_ankle", "_knee"},
-        {"_elbow", "_shoulder"}, {"_wrist", "_elbow"}}) {
+  for (const auto& [child, parent] : {std::pair{"_knee", "_hip"},
+                                      {"_ankle", "_knee"},
+                                      {"_elbow", "_shoulder"},
+                                      {"_wrist", "_elbow"}}) {
     if (!absl::EndsWith(role, child)) continue;
     return role.substr(0, role.find('_')) + parent;
   }

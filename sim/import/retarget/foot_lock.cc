@@ -65,14 +65,13 @@ class Stands {
     const int n = frames();
     std::vector<bool> stands(n);
     for (int t = 0; t < n; ++t) {
-      stands[t] = supported[t] && places_[t].z() < kLockHeight &&
-                  Speed(t) < kLockSpeed;
+      stands[t] =
+          supported[t] && places_[t].z() < kLockHeight && Speed(t) < kLockSpeed;
     }
     FillGaps(&stands);
     const auto pause = std::find(stands.begin(), stands.end(), false);
     const bool around = motion_.loops && pause != stands.end();
-    const int first =
-        around ? static_cast<int>(pause - stands.begin()) : 0;
+    const int first = around ? static_cast<int>(pause - stands.begin()) : 0;
     for (int begin = first; begin < first + n;) {
       int end = begin;
       while (end < first + n && (around || end < n) && stands[end % n]) ++end;

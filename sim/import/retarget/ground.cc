@@ -59,8 +59,7 @@ std::vector<double> Support(const std::vector<FrameState>& frames,
   const double rate = motion.rate;
   std::vector<double> raw;
   for (int t = 0; t < n; ++t) {
-    const int middle =
-        motion.loops ? t : std::clamp(t, 1, std::max(1, n - 2));
+    const int middle = motion.loops ? t : std::clamp(t, 1, std::max(1, n - 2));
     const auto height = [&](int frame) {
       return frames[Wrapped(frame, n, motion.loops)].centre.z();
     };
@@ -115,8 +114,8 @@ std::vector<bool> MostLikelyFlight(const std::vector<double>& evidence,
 }
 
 double Percentile(std::vector<double> values, double share) {
-  const auto index = static_cast<int64_t>(
-      share * static_cast<double>(values.size() - 1));
+  const auto index =
+      static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + index, values.end());
   return values[index];
 }
@@ -164,8 +163,7 @@ void MakeBallistic(Dynamics* dynamics, int begin, int end,
       (centre(end) - from) / duration - gravity * duration / 2;
   for (int t = begin + 1; t < end; ++t) {
     const double time = (t - begin) * motion->dt();
-    const Vector3d wanted =
-        from + velocity * time + gravity * time * time / 2;
+    const Vector3d wanted = from + velocity * time + gravity * time * time / 2;
     // In a frame after the seam the shift would have to turn back with the
     // cycle; a vertical one need not.
     const Vector3d shift = wanted - centre(t);
@@ -192,8 +190,8 @@ std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
   for (size_t t = 0; t < frames.size(); ++t) {
     const double speed = frames[t].speed[frames[t].lowest_point];
     evidence.push_back(2 * Vote(heights[t] - floor, 0, kFlightHeight) +
-                       Vote(speed, 0, kFlightSpeed) +
-                       Vote(support[t], 1, 0) - kFlightBias);
+                       Vote(speed, 0, kFlightSpeed) + Vote(support[t], 1, 0) -
+                       kFlightBias);
   }
   std::vector<bool> supported = MostLikelyFlight(evidence, motion.loops);
   supported.flip();

@@ -42,8 +42,8 @@ std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
 void CalibrateGround(Dynamics* dynamics, const std::vector<bool>& supported,
                      ModelMotion* motion);
 
-// Brings a motion of any height to the floor: FindSupport, CalibrateGround, both
-// again on the result, then MakeFlightsBallistic. Returns the support.
+// Brings a motion of any height to the floor: FindSupport, CalibrateGround,
+// both again on the result, then MakeFlightsBallistic. Returns the support.
 std::vector<bool> PlaceOnFloor(Dynamics* dynamics, ModelMotion* motion);
 
 // Makes flights (runs of two or more unsupported frames between supported

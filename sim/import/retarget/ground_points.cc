@@ -86,8 +86,7 @@ class GeomPoints {
   template <typename Add>
   void VisitMesh(const Add& add) const {
     const int mesh = model_.geom_dataid[geom_];
-    const float* vertices =
-        model_.mesh_vert + 3 * model_.mesh_vertadr[mesh];
+    const float* vertices = model_.mesh_vert + 3 * model_.mesh_vertadr[mesh];
     std::set<int> extreme;
     for (const Vector3d& direction : Directions(64)) {
       int best = 0;
@@ -140,9 +139,8 @@ std::vector<GroundPoint> MakeGroundPoints(const mjModel& model,
 
 Vector3d Lowest(const GroundPoint& point, const mjData& data) {
   const Quaterniond frame = motion::FromWxyz(data.xquat + 4 * point.body);
-  Vector3d position =
-      Eigen::Map<const Vector3d>(data.xpos + 3 * point.body) +
-      frame * point.position;
+  Vector3d position = Eigen::Map<const Vector3d>(data.xpos + 3 * point.body) +
+                      frame * point.position;
   position.z() -= point.radius;
   return position;
 }

@@ -22,8 +22,7 @@ struct GroundPoint {
 // with the floor: ends of capsules, centres of spheres, corners of boxes, rims
 // of cylinders and ellipsoids (sampled), hull vertices of meshes (the extreme
 // ones along sampled directions). Geoms of the world body are left out.
-std::vector<GroundPoint> MakeGroundPoints(const mjModel& model,
-                                          int floor_geom);
+std::vector<GroundPoint> MakeGroundPoints(const mjModel& model, int floor_geom);
 
 // World position of the lowest point of the ball; needs body poses in `data`.
 Eigen::Vector3d Lowest(const GroundPoint& point, const mjData& data);

@@ -43,8 +43,7 @@ VectorXd SolveTwo(const HingeChain& chain, const Quaterniond& target) {
   const Vector3d& u2 = chain.axes[1];
   VectorXd angles(2);
   angles[0] = AngleAbout(u1, u2, target * u2);
-  angles[1] =
-      Twist(u2, Quaterniond(AngleAxisd(-angles[0], u1)) * target);
+  angles[1] = Twist(u2, Quaterniond(AngleAxisd(-angles[0], u1)) * target);
   return angles;
 }
 
@@ -61,16 +60,15 @@ std::vector<VectorXd> SolveThree(const HingeChain& chain,
   const Vector3d image = target * u3;
   const double amplitude = std::hypot(p, q);
   if (amplitude < kTiny) return {VectorXd::Zero(3)};
-  const double share =
-      std::clamp((u1.dot(image) - r) / amplitude, -1.0, 1.0);
+  const double share = std::clamp((u1.dot(image) - r) / amplitude, -1.0, 1.0);
   std::vector<VectorXd> solutions;
   for (const double sign : {1.0, -1.0}) {
     VectorXd angles(3);
     angles[1] = std::atan2(q, p) + sign * std::acos(share);
     const Quaterniond middle(AngleAxisd(angles[1], u2));
     angles[0] = AngleAbout(u1, middle * u3, image);
-    const Quaterniond rest = middle.conjugate() *
-                             Quaterniond(AngleAxisd(-angles[0], u1)) * target;
+    const Quaterniond rest =
+        middle.conjugate() * Quaterniond(AngleAxisd(-angles[0], u1)) * target;
     angles[2] = Twist(u3, rest);
     solutions.push_back(angles);
   }
@@ -85,12 +83,12 @@ void AppendHinge(const mjModel& model, int joint, const Quaterniond& frame,
   const bool limited = model.jnt_limited[joint];
   const double zero = model.qpos0[model.jnt_qposadr[joint]];
   chain->joints.push_back(joint);
-  chain->axes.push_back(
-      frame * Eigen::Map<const Vector3d>(model.jnt_axis + 3 * joint));
-  chain->lower.push_back(
-      limited ? model.jnt_range[2 * joint] - zero : -infinity);
-  chain->upper.push_back(
-      limited ? model.jnt_range[2 * joint + 1] - zero : infinity);
+  chain->axes.push_back(frame *
+                        Eigen::Map<const Vector3d>(model.jnt_axis + 3 * joint));
+  chain->lower.push_back(limited ? model.jnt_range[2 * joint] - zero
+                                 : -infinity);
+  chain->upper.push_back(limited ? model.jnt_range[2 * joint + 1] - zero
+                                 : infinity);
 }
 
 }  // namespace

@@ -15,9 +15,9 @@ namespace sinew::import {
 //
 // Thread-safety: const methods from any thread. Errors: none.
 struct HingeChain {
-  std::vector<int> joints;               // model joint ids, parent side first
-  std::vector<Eigen::Vector3d> axes;     // unit
-  std::vector<double> lower, upper;      // rad; +-infinity if unlimited
+  std::vector<int> joints;            // model joint ids, parent side first
+  std::vector<Eigen::Vector3d> axes;  // unit
+  std::vector<double> lower, upper;   // rad; +-infinity if unlimited
   Eigen::Quaterniond rest = Eigen::Quaterniond::Identity();
 
   int size() const { return static_cast<int>(axes.size()); }

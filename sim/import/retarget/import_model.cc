@@ -7,11 +7,9 @@ ImportModel MakeImportModel(const character::Character& character) {
   result.model = character.model();
   for (size_t i = 0; i < character.joints().size(); ++i) {
     const character::JointInfo& joint = character.joints()[i];
-    const v1::Joint& proto =
-        character.proto().joints(static_cast<int>(i));
-    result.joints.push_back(
-        {joint.qpos_address, joint.dof_address, joint.torque_limit,
-         joint.default_position});
+    const v1::Joint& proto = character.proto().joints(static_cast<int>(i));
+    result.joints.push_back({joint.qpos_address, joint.dof_address,
+                             joint.torque_limit, joint.default_position});
     result.semantics.push_back(
         {proto.semantic().empty() ? joint.name : proto.semantic(),
          joint.joint_id});

@@ -15,7 +15,7 @@ namespace sinew::import {
 struct ImportJoint {
   int qpos_address;
   int dof_address;
-  double torque_limit;  // Nm
+  double torque_limit;          // Nm
   double default_position = 0;  // rad
 };
 

@@ -82,8 +82,8 @@ Path CheapestPath(const HingeChain& chain,
   }
   if (loops) {
     for (size_t c = 0; c < cost.size(); ++c) {
-      cost[c] += ChangeCost(chain, candidates[frames - 1][c],
-                            candidates[0][first]);
+      cost[c] +=
+          ChangeCost(chain, candidates[frames - 1][c], candidates[0][first]);
     }
   }
   Path path;
@@ -104,8 +104,7 @@ Series ChooseBranches(const HingeChain& chain,
   }
   Path best;
   for (size_t first = 0; first < candidates[0].size(); ++first) {
-    Path path =
-        CheapestPath(chain, candidates, static_cast<int>(first), loops);
+    Path path = CheapestPath(chain, candidates, static_cast<int>(first), loops);
     if (path.cost < best.cost) best = std::move(path);
   }
   Series angles;
@@ -190,8 +189,7 @@ class Refinement {
       visit(Difference{options_.velocity, {t, after, t}, {-1, 1, 0}});
     }
     if (after >= 0 && before >= 0) {
-      visit(Difference{
-          options_.acceleration, {before, t, after}, {1, -2, 1}});
+      visit(Difference{options_.acceleration, {before, t, after}, {1, -2, 1}});
     }
   }
 
@@ -230,8 +228,7 @@ class Refinement {
       for (int b = 0; b < 3; ++b) {
         for (int i = 0; i < k; ++i) {
           entries->emplace_back(d.frames[a] * k + i, d.frames[b] * k + i,
-                                weight * d.coefficients[a] *
-                                    d.coefficients[b]);
+                                weight * d.coefficients[a] * d.coefficients[b]);
         }
       }
     }
@@ -271,8 +268,8 @@ Series FitJoints(const HingeChain& chain,
   SINEW_CHECK(targets.size() >= 2) << "targets " << targets.size();
   Series angles = ChooseBranches(chain, targets, loops);
   if (chain.size() == 0) return angles;
-  angles = Refine(Refinement(chain, targets, loops, options),
-                  std::move(angles), options.iterations);
+  angles = Refine(Refinement(chain, targets, loops, options), std::move(angles),
+                  options.iterations);
   // The fit weighs an angle beyond a limit against the rotation's error, so it
   // goes there only by this share of what is asked.
   const double share = 1 / (1 + options.limit * options.limit);

@@ -28,8 +28,9 @@ struct JointFitOptions {
 //      limits, from which singular frames take their neighbours' angles;
 //   4. clamping to the limits.
 // `cut`, if given, grows by the number of angles at a limit that the targets
-// exceed by more than a degree. `loops`: the last frame is followed by the first. Returns [frames] of [k]
-// (angles as in HingeChain). Precondition: at least two targets.
+// exceed by more than a degree. `loops`: the last frame is followed by the
+// first. Returns [frames] of [k] (angles as in HingeChain). Precondition: at
+// least two targets.
 std::vector<Eigen::VectorXd> FitJoints(
     const HingeChain& chain, const std::vector<Eigen::Quaterniond>& targets,
     bool loops, const JointFitOptions& options = {}, int* cut = nullptr);

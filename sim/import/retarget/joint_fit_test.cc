@@ -40,8 +40,8 @@ double Worst(const HingeChain& chain, const std::vector<Quaterniond>& targets,
              const std::vector<VectorXd>& angles) {
   double worst = 0;
   for (size_t t = 0; t < targets.size(); ++t) {
-    worst = std::max(worst, motion::AngleBetween(targets[t],
-                                                 chain.Rotation(angles[t])));
+    worst = std::max(
+        worst, motion::AngleBetween(targets[t], chain.Rotation(angles[t])));
   }
   return worst;
 }
@@ -49,8 +49,8 @@ double Worst(const HingeChain& chain, const std::vector<Quaterniond>& targets,
 double LargestStep(const std::vector<VectorXd>& angles) {
   double largest = 0;
   for (size_t t = 1; t < angles.size(); ++t) {
-    largest = std::max(
-        largest, (angles[t] - angles[t - 1]).cwiseAbs().maxCoeff());
+    largest =
+        std::max(largest, (angles[t] - angles[t - 1]).cwiseAbs().maxCoeff());
   }
   return largest;
 }
@@ -78,9 +78,9 @@ TEST(HingeChain, JacobianIsTheDerivativeOfTheRotation) {
     VectorXd more = angles, less = angles;
     more[i] += 1e-6;
     less[i] -= 1e-6;
-    const Vector3d slope = motion::Log(chain.Rotation(more) *
-                                       chain.Rotation(less).conjugate()) /
-                           2e-6;
+    const Vector3d slope =
+        motion::Log(chain.Rotation(more) * chain.Rotation(less).conjugate()) /
+        2e-6;
     EXPECT_NEAR((jacobian.col(i) - slope).norm(), 0, 1e-7);
   }
 }
@@ -90,8 +90,8 @@ TEST(FitJoints, FollowsAReachableMotionExactlyAndContinuously) {
   std::vector<Quaterniond> targets;
   for (int t = 0; t < 60; ++t) {
     const double s = 2 * std::numbers::pi * t / 60;
-    targets.push_back(motion::Exp(
-        {std::sin(s), 0.8 * std::cos(s), 0.5 * std::sin(2 * s)}));
+    targets.push_back(
+        motion::Exp({std::sin(s), 0.8 * std::cos(s), 0.5 * std::sin(2 * s)}));
     if (t % 2 == 1) targets.back().coeffs() *= -1;
   }
   const auto angles = FitJoints(chain, targets, /*loops=*/true);

@@ -63,8 +63,7 @@ Vector3d MiddleOfHips(const RoleTrack& track, int t) {
 void PlaceRoot(const RoleTrack& track, const BodyMap& map, int t,
                VectorXd* qpos) {
   const Quaterniond root = track.rotation[t][0] * map.bodies[0].alignment;
-  qpos->head<3>() =
-      map.scale * MiddleOfHips(track, t) - root * map.model_hips;
+  qpos->head<3>() = map.scale * MiddleOfHips(track, t) - root * map.model_hips;
   motion::ToWxyz(root, qpos->data() + 3);
 }
 
@@ -72,9 +71,9 @@ void PlaceRoot(const RoleTrack& track, const BodyMap& map, int t,
 // turn moves them differently.
 Cycle ScaleCycle(const RoleTrack& track, const BodyMap& map) {
   const Vector3d hips = MiddleOfHips(track, 0) - track.position[0][0];
-  const Vector3d apart =
-      map.scale * hips -
-      track.rotation[0][0] * map.bodies[0].alignment * map.model_hips;
+  const Vector3d apart = map.scale * hips - track.rotation[0][0] *
+                                                map.bodies[0].alignment *
+                                                map.model_hips;
   const Vector3d shift = motion::YawRotation(track.cycle.yaw) * apart - apart;
   return {map.scale * track.cycle.x + shift.x(),
           map.scale * track.cycle.y + shift.y(), track.cycle.yaw};
@@ -119,8 +118,7 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
   motion.loops = track.loops;
   motion.cycle = ScaleCycle(track, map);
   const int frames = track.frames();
-  motion.qpos.assign(
-      frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));
+  motion.qpos.assign(frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));
   int cut = 0, hinges = 0;
   for (int t = 0; t < frames; ++t) PlaceRoot(track, map, t, &motion.qpos[t]);
   for (const MappedBody& body : map.bodies) {
@@ -146,8 +144,7 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
 }
 
 JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
-                              const mjModel& model,
-                              const ModelMotion& motion) {
+                              const mjModel& model, const ModelMotion& motion) {
   JointFitError error;
   error.max_per_body.assign(map.bodies.size(), 0);
   double sum = 0;
@@ -156,8 +153,7 @@ JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
       const MappedBody& body = map.bodies[i];
       const double angle = motion::AngleBetween(
           Target(map, body, track.rotation[t]),
-          body.chain.Rotation(
-              ChainAngles(body.chain, model, motion.qpos[t])));
+          body.chain.Rotation(ChainAngles(body.chain, model, motion.qpos[t])));
       sum += angle;
       error.max_per_body[i] = std::max(error.max_per_body[i], angle);
       error.max_rad = std::max(error.max_rad, angle);

@@ -37,8 +37,8 @@ void Rates(const mjModel& model, const ModelMotion& motion, int t,
 
 // Plays a track on a model: every mapped hinge chain by FitJoints, root by the
 // hips' middle scaled with the legs; other hinges at qpos0. No ground contact
-// yet. `cut_share`, if given, is set to the share of (frame, hinge) that a limit
-// cut (FitJoints).
+// yet. `cut_share`, if given, is set to the share of (frame, hinge) that a
+// limit cut (FitJoints).
 ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
                       const mjModel& model, double* cut_share = nullptr);
 

@@ -104,8 +104,8 @@ TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
   PoseFitOptions options;
   // Turns are large here, for which their derivative is no exact one.
   options.rotation = options.limb_rotation = 0;
-  const PoseTerms terms(track_, map_, wanted_, locks, motion_,
-                        dynamics_.get(), options);
+  const PoseTerms terms(track_, map_, wanted_, locks, motion_, dynamics_.get(),
+                        options);
   const ModelMotion at = Shaken();
   const int nv = model_.model->nv;
   const auto cost = [&](const ModelMotion& motion) {
@@ -137,8 +137,8 @@ TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {
   int standing = 0;
   for (const auto& frame : locks) standing += static_cast<int>(frame.size());
   ASSERT_GT(standing, 0);
-  const ModelMotion fitted = FitPoses(track_, map_, wanted_, locks, shaken,
-                                      dynamics_.get());
+  const ModelMotion fitted =
+      FitPoses(track_, map_, wanted_, locks, shaken, dynamics_.get());
   double before = 0, after = 0;
   for (int t = 0; t < fitted.frames(); ++t) {
     for (const Lock& lock : locks[t]) {
@@ -147,8 +147,7 @@ TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {
       before +=
           (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
       dynamics_->SetPose(fitted.qpos[t]);
-      after +=
-          (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      after += (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
     }
   }
   EXPECT_LT(after, 0.2 * before);
@@ -177,10 +176,9 @@ TEST_F(PoseFitTest, AnArmInTheBodyIsTakenOut) {
   ASSERT_GT(deepest(motion), 0.02);
   const ScaledSource wanted =
       ScaleSource(track_, map_, motion, dynamics_.get());
-  const ModelMotion fitted =
-      FitPoses(track_, map_, wanted, FindLocks(supported_, motion,
-                                               dynamics_.get()),
-               motion, dynamics_.get());
+  const ModelMotion fitted = FitPoses(
+      track_, map_, wanted, FindLocks(supported_, motion, dynamics_.get()),
+      motion, dynamics_.get());
   EXPECT_LT(deepest(fitted), 0.5 * deepest(motion));
 }
 

@@ -49,9 +49,8 @@ PoseTerms::PoseTerms(const RoleTrack& track, const BodyMap& map,
       keep_weights_(VectorXd::Constant(nv_, options.hinge)),
       change_weights_(VectorXd::Constant(nv_, options.hinge_change)) {
   for (const RolePoint& point : map.points) {
-    point_weights_.push_back(EndsALimb(track.roles[point.role])
-                                 ? options.end
-                                 : options.joint);
+    point_weights_.push_back(
+        EndsALimb(track.roles[point.role]) ? options.end : options.joint);
   }
   for (const MappedBody& body : map.bodies) {
     const bool limb = !LimbParent(track.roles[body.role]).empty();
@@ -64,8 +63,7 @@ PoseTerms::PoseTerms(const RoleTrack& track, const BodyMap& map,
 }
 
 void PoseTerms::Frame::Add(const Eigen::Ref<const MatrixXd>& jacobian,
-                           const Eigen::Ref<const VectorXd>& r,
-                           double weight) {
+                           const Eigen::Ref<const VectorXd>& r, double weight) {
   const double square = weight * weight;
   matrix->selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose(),
                                                      square);
@@ -85,9 +83,8 @@ void PoseTerms::AddPoints(int t, Frame* frame) const {
     const RolePoint& point = map_.points[i];
     if (point.mapped == 0) continue;  // the root is kept, not pulled
     const Vector3d place = PointPlace(map_, point, *dynamics_);
-    frame->Add(
-        dynamics_->PointJacobian(map_.bodies[point.mapped].body, place),
-        place - wanted_[t][point.role], point_weights_[i]);
+    frame->Add(dynamics_->PointJacobian(map_.bodies[point.mapped].body, place),
+               place - wanted_[t][point.role], point_weights_[i]);
   }
 }
 
@@ -100,8 +97,7 @@ void PoseTerms::AddRotations(int t, Frame* frame) const {
         motion::FromWxyz(dynamics_->data().xquat + 4 * body.body);
     const Quaterniond wanted = track_.rotation[t][body.role] * body.alignment;
     const Vector3d turn = motion::Log(found * wanted.conjugate());
-    mj_jacBody(&model, &dynamics_->data(), nullptr, jacobian.data(),
-               body.body);
+    mj_jacBody(&model, &dynamics_->data(), nullptr, jacobian.data(), body.body);
     frame->Add(jacobian, turn, rotation_weights_[i]);
   }
 }
@@ -122,9 +118,8 @@ void PoseTerms::AddSoles(int t, Frame* frame) const {
   }
   for (size_t i = 0; i < points.size(); ++i) {
     if (stands[i] || lowest[i].z() >= 0) continue;
-    frame->Add(
-        dynamics_->PointJacobian(points[i].body, lowest[i]).row(2),
-        lowest[i].tail<1>(), options_.penetration);
+    frame->Add(dynamics_->PointJacobian(points[i].body, lowest[i]).row(2),
+               lowest[i].tail<1>(), options_.penetration);
   }
 }
 
@@ -176,8 +171,7 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
     for (int i = 0; i < 3; ++i) {
       // What lies beyond the seam of a loop is held for this step.
       if (frames[i] < 0 || frames[i] >= n) continue;
-      (*slope)[frames[i]] +=
-          coefficients[i] * square.cwiseProduct(bend);
+      (*slope)[frames[i]] += coefficients[i] * square.cwiseProduct(bend);
       for (int j = 0; j <= i; ++j) {
         if (frames[j] < 0) continue;
         solver->block(frames[i], i - j).diagonal() +=

@@ -23,8 +23,8 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
   frame->lowest_foot = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
     frame->lowest = std::min(frame->lowest, lowest[i].z());
-    if (std::find(model.feet.begin(), model.feet.end(),
-                  model.points[i].body) != model.feet.end()) {
+    if (std::find(model.feet.begin(), model.feet.end(), model.points[i].body) !=
+        model.feet.end()) {
       frame->lowest_foot = std::min(frame->lowest_foot, lowest[i].z());
     }
     if (lowest[i].z() > kFootContactHeight) continue;

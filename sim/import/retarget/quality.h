@@ -55,17 +55,17 @@ inline constexpr double kFootContactHeight = 0.025;
 
 // What is known of each frame after the motion is final.
 struct FrameDynamics {
-  Eigen::VectorXd qvel, qacc;      // [nv]
-  Eigen::VectorXd torque;          // [joints] actuator torques, not limited, Nm
+  Eigen::VectorXd qvel, qacc;  // [nv]
+  Eigen::VectorXd torque;      // [joints] actuator torques, not limited, Nm
   Eigen::Matrix<double, 6, 1> residual;  // root rows: N (world), Nm (body)
-  std::vector<bool> contact;       // [feet]
-  std::vector<double> skate;       // [feet] m/s of the lowest point
-  double lowest = 0;               // height of the lowest point, m
-  double lowest_foot = 0;          // of the feet's, m
-  bool bears = false;              // something is in contact
-  double peak_joint_speed = 0;     // rad/s
-  double peak_joint_acceleration = 0;  // rad/s^2
-  double root_speed = 0;               // m/s
+  std::vector<bool> contact;             // [feet]
+  std::vector<double> skate;             // [feet] m/s of the lowest point
+  double lowest = 0;                     // height of the lowest point, m
+  double lowest_foot = 0;                // of the feet's, m
+  bool bears = false;                    // something is in contact
+  double peak_joint_speed = 0;           // rad/s
+  double peak_joint_acceleration = 0;    // rad/s^2
+  double root_speed = 0;                 // m/s
 };
 
 // All frames of a motion.

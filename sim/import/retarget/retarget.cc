@@ -78,8 +78,7 @@ std::vector<bool> PlacePoses(const RoleTrack& track, const BodyMap& map,
   const std::vector<VectorXd> before = motion.qpos;
   std::vector<bool> supported = PlaceOnFloor(dynamics, &motion);
   for (int t = 0; t < motion.frames(); ++t) {
-    const Vector3d moved =
-        motion.qpos[t].head<3>() - before[t].head<3>();
+    const Vector3d moved = motion.qpos[t].head<3>() - before[t].head<3>();
     for (Vector3d& place : scaled[t]) place += moved;
   }
   motion = FitPoses(track, map, scaled, FindLocks(supported, motion, dynamics),
@@ -114,7 +113,8 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   result.seam_max_rad = track.seam_max_rad;
   result.source_parents = track.parent;
   Dynamics dynamics(model);
-  const std::vector<bool> supported = PlacePoses(track, map, &dynamics, &result);
+  const std::vector<bool> supported =
+      PlacePoses(track, map, &dynamics, &result);
   Settle(options, supported, &dynamics, &result);
   v1::ClipQuality& quality = result.quality;
   const JointFitError fit =

@@ -72,8 +72,7 @@ class RetargetTest : public ::testing::TestWithParam<const char*> {
     for (int t = 0; t <= 120; ++t) {
       RobotPose pose;
       pose.time = t / 60.0;
-      const double bend =
-          0.2 * (1 - std::cos(std::numbers::pi * pose.time));
+      const double bend = 0.2 * (1 - std::cos(std::numbers::pi * pose.time));
       pose.root_position = {0, 0, standing * std::cos(bend) + floating};
       pose.root_rotation = Eigen::Quaterniond::Identity();
       pose.joints.resize(static_cast<int>(clip.joints.size()));
@@ -207,8 +206,7 @@ TEST_P(RetargetTest, ACharacterWithoutKneesIsRefused) {
 }
 
 TEST_P(RetargetTest, AMapThatDoesNotFitIsRefusedByName) {
-  v1::SkeletonMap map =
-      *DraftSkeletonMap(MadeClip({}).skeleton, "mine");
+  v1::SkeletonMap map = *DraftSkeletonMap(MadeClip({}).skeleton, "mine");
   for (v1::JointRole& joint : *map.mutable_joints()) {
     if (joint.role() == "root") joint.set_source("Hipz");
   }

@@ -37,8 +37,7 @@ Columns MatchColumns(const ImportModel& model, const RobotClip& clip) {
   for (const ImportJoint& joint : model.joints) {
     const int id = model.model->dof_jntid[joint.dof_address];
     const std::string name = mj_id2name(model.model, mjOBJ_JOINT, id);
-    const auto found =
-        std::find(clip.joints.begin(), clip.joints.end(), name);
+    const auto found = std::find(clip.joints.begin(), clip.joints.end(), name);
     const auto column = found - clip.joints.begin();
     columns.of_joint.push_back(
         found == clip.joints.end() ? -1 : static_cast<int>(column));
@@ -66,10 +65,9 @@ absl::Status CheckColumns(const ImportModel& model, const RobotClip& clip,
 
 void WarnColumns(const Columns& columns, std::vector<std::string>* warnings) {
   if (!columns.missing.empty()) {
-    warnings->push_back(
-        absl::StrCat("the clip has no column for ",
-                     absl::StrJoin(columns.missing, ", "),
-                     "; left at the default position"));
+    warnings->push_back(absl::StrCat("the clip has no column for ",
+                                     absl::StrJoin(columns.missing, ", "),
+                                     "; left at the default position"));
   }
   if (!columns.unused.empty()) {
     warnings->push_back(absl::StrCat("the character has no joint ",
@@ -120,9 +118,9 @@ double FillPoses(const ImportModel& model, const Columns& columns,
       const ImportJoint& joint = model.joints[j];
       const int id = m.dof_jntid[joint.dof_address];
       const int column = columns.of_joint[j];
-      const double wanted =
-          column < 0 ? joint.default_position
-                     : Angle(m, id, track.rotation[t][column + 1]);
+      const double wanted = column < 0
+                                ? joint.default_position
+                                : Angle(m, id, track.rotation[t][column + 1]);
       double& angle = qpos[joint.qpos_address];
       angle = m.jnt_limited[id] ? std::clamp(wanted, m.jnt_range[2 * id],
                                              m.jnt_range[2 * id + 1])

@@ -31,10 +31,9 @@ struct Standing {
 };
 
 Quaterniond FromDegrees(const v1::JointRole& joint) {
-  return motion::Exp(
-      Vector3d(joint.rest_degrees(0), joint.rest_degrees(1),
-               joint.rest_degrees(2)) *
-      (std::numbers::pi / 180));
+  return motion::Exp(Vector3d(joint.rest_degrees(0), joint.rest_degrees(1),
+                              joint.rest_degrees(2)) *
+                     (std::numbers::pi / 180));
 }
 
 Standing Stand(const SourceSkeleton& skeleton, const v1::SkeletonMap& map) {
@@ -49,7 +48,7 @@ Standing Stand(const SourceSkeleton& skeleton, const v1::SkeletonMap& map) {
     const bool root = joint.parent < 0;
     const auto turn = given.find(static_cast<int>(j));
     standing.rotation.push_back(turn != given.end() ? turn->second
-                                : root ? Quaterniond::Identity()
+                                : root              ? Quaterniond::Identity()
                                        : standing.rotation[joint.parent]);
     standing.position.push_back(
         root ? Vector3d::Zero()
@@ -109,17 +108,17 @@ class Roles {
     AddEnd("head_end", EndBelow(joint("head"), shortest, leg));
     for (const std::string side : {"left_", "right_"}) {
       const bool has_toe = joint(side + "toe") >= 0;
-      AddEnd(side + (has_toe ? "toe_end" : "toe"),
-             EndBelow(joint(side + (has_toe ? "toe" : "ankle")), shortest,
-                      leg));
+      AddEnd(
+          side + (has_toe ? "toe_end" : "toe"),
+          EndBelow(joint(side + (has_toe ? "toe" : "ankle")), shortest, leg));
       if (joint(side + "wrist") < 0) {
         AddEnd(side + "wrist", EndBelow(joint(side + "elbow"), shortest, leg));
         continue;
       }
       const double forearm =
           skeleton_.joints[joint(side + "wrist")].offset.norm();
-      AddEnd(side + "hand_end", EndBelow(joint(side + "wrist"), shortest,
-                                         kLongestHand * forearm));
+      AddEnd(side + "hand_end",
+             EndBelow(joint(side + "wrist"), shortest, kLongestHand * forearm));
     }
   }
 
@@ -137,8 +136,9 @@ Matrix3d Snap(const Matrix3d& basis) {
   }
   const bool rotation = std::abs(axes.determinant() - 1) < 0.5;
   const bool near =
-      rotation && Eigen::AngleAxisd(Matrix3d(axes.transpose() * basis))
-                          .angle() < kLeastRestTurn;
+      rotation &&
+      Eigen::AngleAxisd(Matrix3d(axes.transpose() * basis)).angle() <
+          kLeastRestTurn;
   return near ? axes : basis;
 }
 
@@ -234,8 +234,8 @@ absl::StatusOr<RoleTrack> MakeRoleTrack(const SourceTrack& track,
   for (int t = 0; t < track.frames(); ++t) {
     const std::vector<Quaterniond> world =
         WorldRotations(skeleton, track.rotation[t]);
-    const std::vector<Vector3d> place = WorldPositions(
-        skeleton, track.root_position[t], track.rotation[t]);
+    const std::vector<Vector3d> place =
+        WorldPositions(skeleton, track.root_position[t], track.rotation[t]);
     std::vector<Vector3d>& positions = result.position.emplace_back();
     std::vector<Quaterniond>& rotations = result.rotation.emplace_back();
     for (size_t r = 0; r < joints.size(); ++r) {
@@ -243,8 +243,8 @@ absl::StatusOr<RoleTrack> MakeRoleTrack(const SourceTrack& track,
       rotations.push_back(world[joints[r]] * from_standing[r]);
     }
   }
-  result.cycle = MovePivot(track.cycle, track.root_position[0],
-                           result.position[0][0]);
+  result.cycle =
+      MovePivot(track.cycle, track.root_position[0], result.position[0][0]);
   return result;
 }
 

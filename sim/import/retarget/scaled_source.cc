@@ -46,10 +46,9 @@ std::vector<Placing> Placings(const RoleTrack& track, const BodyMap& map,
     const int above_point = map.FindPoint(track.Find(above));
     if (placing.point >= 0 && above_point >= 0) {
       placing.limb = track.Find(above);
-      placing.length =
-          (PointPlace(map, map.points[placing.point], *dynamics) -
-           PointPlace(map, map.points[above_point], *dynamics))
-              .norm();
+      placing.length = (PointPlace(map, map.points[placing.point], *dynamics) -
+                        PointPlace(map, map.points[above_point], *dynamics))
+                           .norm();
     }
     if (absl::EndsWith(track.roles[role], "_toe")) {
       PlaceToe(map, static_cast<int>(role), &placing);
@@ -73,8 +72,7 @@ Vector3d PointPlace(const BodyMap& map, const RolePoint& point,
 
 ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
                          const ModelMotion& motion, Dynamics* dynamics) {
-  const std::vector<Placing> placings =
-      Placings(track, map, motion, dynamics);
+  const std::vector<Placing> placings = Placings(track, map, motion, dynamics);
   const int left = track.Find("left_hip"), right = track.Find("right_hip");
   const RolePoint& left_hip = map.points[map.FindPoint(left)];
   const RolePoint& right_hip = map.points[map.FindPoint(right)];
@@ -95,18 +93,17 @@ ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
                              (source[role] - source[above]).normalized());
         if (absl::EndsWith(track.roles[role], "_wrist")) {
           const Vector3d from_hips =
-              hips + map.scale * (source[role] -
-                                  (source[left] + source[right]) / 2);
+              hips +
+              map.scale * (source[role] - (source[left] + source[right]) / 2);
           places.back() += kHandShare * (from_hips - places.back());
         }
       } else if (placing.foot >= 0) {
         const MappedBody& foot = map.bodies[placing.foot];
-        places.push_back(places[foot.role] +
-                         track.rotation[t][foot.role] * foot.alignment *
-                             placing.from_ankle);
+        places.push_back(places[foot.role] + track.rotation[t][foot.role] *
+                                                 foot.alignment *
+                                                 placing.from_ankle);
       } else if (placing.point >= 0) {
-        places.push_back(
-            PointPlace(map, map.points[placing.point], *dynamics));
+        places.push_back(PointPlace(map, map.points[placing.point], *dynamics));
       } else {
         places.push_back(places[above] +
                          map.scale * (source[role] - source[above]));
@@ -117,9 +114,8 @@ ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
 }
 
 void MeasureRetargetError(const RoleTrack& track, const BodyMap& map,
-                          const ScaledSource& wanted,
-                          const ModelMotion& motion, Dynamics* dynamics,
-                          v1::ClipQuality* quality) {
+                          const ScaledSource& wanted, const ModelMotion& motion,
+                          Dynamics* dynamics, v1::ClipQuality* quality) {
   std::vector<double> sum(map.points.size(), 0), most(map.points.size(), 0);
   for (int t = 0; t < motion.frames(); ++t) {
     dynamics->SetPose(motion.qpos[t]);

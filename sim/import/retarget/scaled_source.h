@@ -32,9 +32,8 @@ Eigen::Vector3d PointPlace(const BodyMap& map, const RolePoint& point,
 // Fills retarget_error_m and retarget_errors: distances between the points of
 // `motion` and the scaled source.
 void MeasureRetargetError(const RoleTrack& track, const BodyMap& map,
-                          const ScaledSource& wanted,
-                          const ModelMotion& motion, Dynamics* dynamics,
-                          v1::ClipQuality* quality);
+                          const ScaledSource& wanted, const ModelMotion& motion,
+                          Dynamics* dynamics, v1::ClipQuality* quality);
 
 }  // namespace sinew::import
 

@@ -75,8 +75,8 @@ std::vector<SelfContact> SelfContacts::Find(const mjData& data,
     if (!SpheresMeet(model_, data, a, b)) continue;
     mjtNum segment[6] = {0};
     // Changes nothing but the data's scratch memory.
-    const double distance = mj_geomDistance(
-        &model_, const_cast<mjData*>(&data), a, b, 1e-3, segment);
+    const double distance = mj_geomDistance(&model_, const_cast<mjData*>(&data),
+                                            a, b, 1e-3, segment);
     if (distance > -tolerance) continue;
     const Vector3d from(segment), to(segment + 3);
     if ((to - from).norm() < 1e-9) continue;

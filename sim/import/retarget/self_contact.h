@@ -18,9 +18,7 @@ struct SelfContact {
   double depth;              // m, > 0
 
   // Unit vector that moves the second body out of the first.
-  Eigen::Vector3d normal() const {
-    return (point[0] - point[1]).normalized();
-  }
+  Eigen::Vector3d normal() const { return (point[0] - point[1]).normalized(); }
 };
 
 // Pairs of geoms of a model that should not meet: of bodies that no single

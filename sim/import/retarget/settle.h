@@ -13,7 +13,8 @@ namespace sinew::import {
 // INVALID_ARGUMENT if the rate is out of range.
 absl::Status CheckOptions(const RetargetOptions& options);
 
-// INVALID_ARGUMENT if the character's first joint is not free or it has no feet.
+// INVALID_ARGUMENT if the character's first joint is not free or it has no
+// feet.
 absl::Status CheckModel(const ImportModel& model);
 
 // Fills frames, quality (less the figures of the fit) and supported_share of a

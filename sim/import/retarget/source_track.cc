@@ -59,8 +59,8 @@ double CloseLoop(const CycleMotion& cycle, std::vector<SourcePose>* poses) {
     const double share = pose.time / period - 0.5;
     pose.root_position.z() -= share * rise;
     for (size_t j = 0; j < pose.rotation.size(); ++j) {
-      const Vector3d seam = motion::Log(wanted.rotation[j].conjugate() *
-                                        found.rotation[j]);
+      const Vector3d seam =
+          motion::Log(wanted.rotation[j].conjugate() * found.rotation[j]);
       pose.rotation[j] = pose.rotation[j] * motion::Exp(-share * seam);
       largest = std::max(largest, seam.norm());
     }

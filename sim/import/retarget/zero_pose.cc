@@ -14,8 +14,8 @@ ZeroPose::ZeroPose(const mjModel& model, int root)
   for (int b = root + 1; b < model.nbody; ++b) {
     const int parent = model.body_parentid[b];
     position[b] =
-        position[parent] + rotation[parent] * Eigen::Map<const Vector3d>(
-                                                  model.body_pos + 3 * b);
+        position[parent] +
+        rotation[parent] * Eigen::Map<const Vector3d>(model.body_pos + 3 * b);
     rotation[b] = rotation[parent] * motion::FromWxyz(model.body_quat + 4 * b);
   }
 }
@@ -32,8 +32,7 @@ Vector3d ZeroPose::Centre(const mjModel& model,
         position[body] +
         rotation[body] * Eigen::Map<const Vector3d>(model.jnt_pos + 3 * joint);
     const Vector3d axis =
-        rotation[body] *
-        Eigen::Map<const Vector3d>(model.jnt_axis + 3 * joint);
+        rotation[body] * Eigen::Map<const Vector3d>(model.jnt_axis + 3 * joint);
     const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose() +
                             kHold * Matrix3d::Identity();
     matrix += across;

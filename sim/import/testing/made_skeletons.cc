@@ -31,7 +31,8 @@ std::vector<Part> Parts(int extra_spine) {
                              {"Spine", 'M', 0, {0, 0, 0.08}, false}};
   const double share = 1.0 / (extra_spine + 1);
   for (int i = 0; i < extra_spine; ++i) {
-    parts.push_back({absl::StrCat("Extra", i), 'M',
+    parts.push_back({absl::StrCat("Extra", i),
+                     'M',
                      static_cast<int>(parts.size()) - 1,
                      {0, 0, 0.16 * share},
                      false});
@@ -116,9 +117,9 @@ SourceClip MadeClip(const SkeletonStyle& style) {
   for (const Part& part : parts) {
     rest.push_back(whole * RestTurn(part, style));
     const Vector3d offset =
-        part.parent < 0 ? Vector3d::Zero()
-                        : Vector3d(rest[part.parent] * part.offset /
-                                   style.metres_per_unit);
+        part.parent < 0
+            ? Vector3d::Zero()
+            : Vector3d(rest[part.parent] * part.offset / style.metres_per_unit);
     clip.skeleton.joints.push_back(
         {Name(part, style), part.parent, offset, part.is_end});
   }
@@ -133,15 +134,13 @@ SourceClip MadeClip(const SkeletonStyle& style) {
       const Quaterniond world = turned[i] * rest[i].conjugate();
       rotation.push_back(
           parent < 0 ? world
-                     : (turned[parent] * rest[parent].conjugate())
-                               .conjugate() *
+                     : (turned[parent] * rest[parent].conjugate()).conjugate() *
                            world);
     }
     const double bend = 0.3 * (1 - std::cos(s));
     const double height = 0.10 + 0.81 * std::cos(bend);
-    clip.poses.push_back({t / kRate,
-                          Vector3d(0, 0, height) / style.metres_per_unit,
-                          rotation});
+    clip.poses.push_back(
+        {t / kRate, Vector3d(0, 0, height) / style.metres_per_unit, rotation});
   }
   return clip;
 }

@@ -92,8 +92,7 @@ TensorMap LibraryMaker::Frames() const {
 
 std::unique_ptr<const motion::Library> LibraryMaker::Make(
     const std::string& folder) const {
-  const absl::Status saved =
-      motion::Library::Save(manifest_, Frames(), folder);
+  const absl::Status saved = motion::Library::Save(manifest_, Frames(), folder);
   SINEW_CHECK(saved.ok()) << saved.ToString();
   auto library = motion::Library::Load(folder);
   SINEW_CHECK(library.ok()) << library.status().ToString();

@@ -16,10 +16,10 @@ class InMemory : public StoreFixture {
   MemoryStore store_;
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    Memory, StoreConformance, ::testing::Values(StoreMaker([] {
-      return std::make_unique<InMemory>();
-    })));
+INSTANTIATE_TEST_SUITE_P(Memory, StoreConformance,
+                         ::testing::Values(StoreMaker([] {
+                           return std::make_unique<InMemory>();
+                         })));
 
 }  // namespace
 }  // namespace sinew::checkpoint

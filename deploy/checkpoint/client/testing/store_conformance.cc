@@ -38,9 +38,9 @@ v1::Artifact MakeRecord(const std::string& id, int64_t iteration = 0,
 // An artifact with one file of its own and one that all share.
 absl::Status Put(ArtifactStore& store, const std::string& id,
                  const std::string& kind = "state") {
-  return PutFiles(store, MakeRecord(id, 7, kind),
-                  {{"own", MakeBlob("own of " + id)},
-                   {"shared", MakeBlob("shared")}});
+  return PutFiles(
+      store, MakeRecord(id, 7, kind),
+      {{"own", MakeBlob("own of " + id)}, {"shared", MakeBlob("shared")}});
 }
 
 std::vector<std::string> Ids(ArtifactStore& store, const std::string& kind) {
@@ -89,9 +89,9 @@ TEST_P(StoreConformance, ReturnsTheFilesOfAnArtifact) {
   ASSERT_THAT(PutFiles(store(), MakeRecord("state-1", 5), files), IsOk());
 
   EXPECT_THAT(GetFiles(store(), "state-1"),
-              IsOkAndHolds(ElementsAre(Pair("a.pb", Pointee(std::string("a"))),
-                                       Pair("folder/b.bin",
-                                            Pointee(std::string("b"))))));
+              IsOkAndHolds(ElementsAre(
+                  Pair("a.pb", Pointee(std::string("a"))),
+                  Pair("folder/b.bin", Pointee(std::string("b"))))));
   const auto record = store().GetArtifact("state-1");
   ASSERT_THAT(record, IsOk());
   EXPECT_EQ(record->iteration(), 5);
@@ -130,9 +130,8 @@ TEST_P(StoreConformance, RefusesMalformedArtifacts) {
         << id;
   }
   for (const std::string& path : {"", "/etc/x", "../x", "a//b", "a/../b"}) {
-    EXPECT_THAT(
-        PutFiles(store(), MakeRecord("id"), {{path, MakeBlob("x")}}),
-        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("path")))
+    EXPECT_THAT(PutFiles(store(), MakeRecord("id"), {{path, MakeBlob("x")}}),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("path")))
         << path;
   }
   EXPECT_THAT(Put(store(), "id", "Some Kind"),

@@ -61,20 +61,19 @@ constexpr int kCount = static_cast<int>(std::size(kJoints));
 
 // From y up to the wanted axis up, by a cyclic change.
 Quaterniond Turn(int up_axis) {
-  return Quaterniond(AngleAxisd(2 * kPi / 3 * (up_axis - 1),
-                                Vector3d(1, 1, 1).normalized()));
+  return Quaterniond(
+      AngleAxisd(2 * kPi / 3 * (up_axis - 1), Vector3d(1, 1, 1).normalized()));
 }
 
 Affine3d RestOf(int joint, const MadeFbxOptions& options) {
   const Quaterniond turn = Turn(options.up_axis);
   const Vector3d frame(kJoints[joint].frame);
   Affine3d rest = Affine3d::Identity();
-  rest.translation() = turn * Vector3d(kJoints[joint].place) /
-                       options.centimetres_per_unit;
+  rest.translation() =
+      turn * Vector3d(kJoints[joint].place) / options.centimetres_per_unit;
   rest.linear() =
-      (turn * AngleAxisd(frame.norm(), frame.norm() > 0
-                                           ? frame.normalized()
-                                           : Vector3d::UnitX()))
+      (turn * AngleAxisd(frame.norm(), frame.norm() > 0 ? frame.normalized()
+                                                        : Vector3d::UnitX()))
           .toRotationMatrix();
   return rest;
 }
@@ -156,8 +155,8 @@ class SceneMaker {
            absl::StrSplit(absl::string_view(lines[i]).substr(start), ',')) {
         double time = 0;
         SINEW_CHECK(absl::SimpleAtod(word, &time)) << word;
-        times.push_back(absl::StrCat(
-            std::llround(time / options_.frames_per_second)));
+        times.push_back(
+            absl::StrCat(std::llround(time / options_.frames_per_second)));
       }
       lines[i] =
           absl::StrCat(lines[i].substr(0, start), absl::StrJoin(times, ","));
@@ -250,10 +249,9 @@ class SceneMaker {
     for (int frame = 0; frame < frames; ++frame) {
       const Affine3d local = Local(joint, frame);
       const Eigen::Vector3f place = local.translation().cast<float>();
-      const Eigen::Quaternionf turn =
-          Quaterniond(local.linear()).cast<float>();
-      channel->mPositionKeys[frame] = {
-          static_cast<double>(frame), {place.x(), place.y(), place.z()}};
+      const Eigen::Quaternionf turn = Quaterniond(local.linear()).cast<float>();
+      channel->mPositionKeys[frame] = {static_cast<double>(frame),
+                                       {place.x(), place.y(), place.z()}};
       channel->mRotationKeys[frame] = {
           static_cast<double>(frame), {turn.w(), turn.x(), turn.y(), turn.z()}};
       channel->mScalingKeys[frame] = {static_cast<double>(frame), {1, 1, 1}};

@@ -37,9 +37,10 @@ void AppendAs(absl::string_view descr, double value, std::string* data) {
 
 std::string MakeNpy(absl::string_view descr, bool fortran_order,
                     absl::string_view shape, absl::string_view data) {
-  std::string text = absl::StrCat(
-      "{'descr': '", descr, "', 'fortran_order': ",
-      fortran_order ? "True" : "False", ", 'shape': ", shape, ", }");
+  std::string text =
+      absl::StrCat("{'descr': '", descr,
+                   "', 'fortran_order': ", fortran_order ? "True" : "False",
+                   ", 'shape': ", shape, ", }");
   while ((10 + text.size() + 1) % kAlignment != 0) text.push_back(' ');
   text.push_back('\n');
   std::string bytes("\x93NUMPY\x01\x00", 8);
