@@ -16,31 +16,70 @@ using Eigen::VectorXd;
 void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
   const ImportModel& model = dynamics.import_model();
   const std::vector<Vector3d> lowest = dynamics.LowestPoints();
-  std::vector<double> height(model.feet.size(), INFINITY);
   frame->contact.assign(model.feet.size(), false);
-  frame->skate.assign(model.feet.size(), 0);
+  frame->foot_points.clear();
   frame->lowest = INFINITY;
   frame->lowest_foot = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
+    const auto foot =
+        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
     frame->lowest = std::min(frame->lowest, lowest[i].z());
-    if (std::find(model.feet.begin(), model.feet.end(), model.points[i].body) !=
-        model.feet.end()) {
+    if (foot != model.feet.end()) {
+      frame->foot_points.push_back(lowest[i]);
       frame->lowest_foot = std::min(frame->lowest_foot, lowest[i].z());
     }
     if (lowest[i].z() > kFootContactHeight) continue;
     const Vector3d velocity =
         dynamics.PointJacobian(model.points[i].body, lowest[i]) * frame->qvel;
-    const bool bears = velocity.norm() < kContactSpeed;
-    frame->bears |= bears;
-    for (size_t f = 0; f < model.feet.size(); ++f) {
-      if (model.points[i].body != model.feet[f]) continue;
-      if (bears) frame->contact[f] = true;
-      if (lowest[i].z() < height[f]) {
-        height[f] = lowest[i].z();
-        frame->skate[f] = velocity.head<2>().norm();
-      }
+    if (velocity.norm() >= kContactSpeed) continue;
+    frame->bears = true;
+    if (foot != model.feet.end()) {
+      frame->contact[foot - model.feet.begin()] = true;
     }
   }
+}
+
+// [ground points of feet, in the model's order] index of the foot.
+std::vector<size_t> FeetOfPoints(const ImportModel& model) {
+  std::vector<size_t> feet;
+  for (const GroundPoint& point : model.points) {
+    const auto foot =
+        std::find(model.feet.begin(), model.feet.end(), point.body);
+    if (foot == model.feet.end()) continue;
+    feet.push_back(static_cast<size_t>(foot - model.feet.begin()));
+  }
+  return feet;
+}
+
+// Distance along the floor of the ground point of `foot` that stays lowest.
+double SlideOfFoot(const FrameDynamics& from, const FrameDynamics& to,
+                   const std::vector<size_t>& feet, size_t foot) {
+  double lowest = INFINITY;
+  double slide = 0;
+  for (size_t i = 0; i < feet.size(); ++i) {
+    if (feet[i] != foot) continue;
+    const double height =
+        std::max(from.foot_points[i].z(), to.foot_points[i].z());
+    if (height >= lowest) continue;
+    lowest = height;
+    slide = (to.foot_points[i] - from.foot_points[i]).head<2>().norm();
+  }
+  return slide;
+}
+
+double FootSkate(const ImportModel& model, double rate,
+                 const std::vector<FrameDynamics>& frames) {
+  const std::vector<size_t> feet = FeetOfPoints(model);
+  double sum = 0;
+  int count = 0;
+  for (size_t t = 0; t + 1 < frames.size(); ++t) {
+    for (size_t f = 0; f < model.feet.size(); ++f) {
+      if (!frames[t].contact[f] || !frames[t + 1].contact[f]) continue;
+      sum += rate * SlideOfFoot(frames[t], frames[t + 1], feet, f);
+      ++count;
+    }
+  }
+  return count == 0 ? 0 : sum / count;
 }
 
 // Positions of all body frames, [3, nbody].
@@ -110,9 +149,9 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
                                const std::vector<FrameDynamics>& frames) {
   const ImportModel& model = dynamics->import_model();
   double force = 0, torque = 0, ratio = 0, penetration = 0, floating = 0;
-  double speed = 0, skate = 0;
+  double speed = 0;
   double acceleration = 0, root_speed = 0;
-  int bearing = 0, contacts = 0, airborne = 0;
+  int bearing = 0, airborne = 0;
   for (const FrameDynamics& frame : frames) {
     force += frame.residual.head<3>().norm() / model.weight();
     torque += frame.residual.tail<3>().norm();
@@ -128,11 +167,6 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
     if (frame.bears) {
       ++bearing;
       floating += std::max(0.0, frame.lowest);
-    }
-    for (size_t f = 0; f < frame.contact.size(); ++f) {
-      if (!frame.contact[f]) continue;
-      ++contacts;
-      skate += frame.skate[f];
     }
   }
   const SelfContacts self(model);
@@ -154,7 +188,7 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
   quality.set_self_penetration_max_m(deepest);
   quality.set_airborne_share(airborne / count);
   quality.set_foot_penetration_p99_m(FootPenetration(frames));
-  quality.set_foot_skate_m_per_s(contacts == 0 ? 0 : skate / contacts);
+  quality.set_foot_skate_m_per_s(FootSkate(model, motion.rate, frames));
   quality.set_loop_seam_m(LoopSeam(dynamics, motion));
   return quality;
 }

@@ -28,8 +28,11 @@ namespace sinew::import {
 //   body's point bearing, of the height of the lowest point above the floor,
 //   counted as 0 when below.
 // peak_joint_speed: largest |dq| of a hinge.
-// foot_skate_m_per_s: mean over (frame, foot) in contact of the horizontal
-//   speed of the foot's lowest point.
+// foot_skate_m_per_s: mean over (frame, foot) in contact in this frame and the
+//   next of the distance that the foot slides along the floor between the two,
+//   times the rate. What slides is the lowest point of the ground point that
+//   stays lowest (the lesser of the heights' maxima over both frames), so that
+//   a foot which rolls over its toe stands.
 // loop_seam_m: looping motions: mean over bodies of the distance between the
 //   body in frame n, extrapolated from frames n-2 and n-1 at constant
 //   velocity of all coordinates, and frame 0 moved by the cycle; 0 for others.
@@ -59,13 +62,14 @@ struct FrameDynamics {
   Eigen::VectorXd torque;      // [joints] actuator torques, not limited, Nm
   Eigen::Matrix<double, 6, 1> residual;  // root rows: N (world), Nm (body)
   std::vector<bool> contact;             // [feet]
-  std::vector<double> skate;             // [feet] m/s of the lowest point
-  double lowest = 0;                     // height of the lowest point, m
-  double lowest_foot = 0;                // of the feet's, m
-  bool bears = false;                    // something is in contact
-  double peak_joint_speed = 0;           // rad/s
-  double peak_joint_acceleration = 0;    // rad/s^2
-  double root_speed = 0;                 // m/s
+  // [ground points of feet, in the model's order] their lowest points, world.
+  std::vector<Eigen::Vector3d> foot_points;
+  double lowest = 0;                   // height of the lowest point, m
+  double lowest_foot = 0;              // of the feet's, m
+  bool bears = false;                  // something is in contact
+  double peak_joint_speed = 0;         // rad/s
+  double peak_joint_acceleration = 0;  // rad/s^2
+  double root_speed = 0;               // m/s
 };
 
 // All frames of a motion.
