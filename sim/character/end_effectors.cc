@@ -33,7 +33,7 @@ int Welded(const mjModel& model, int body) {
     if (child != body || model.body_jntnum[b] > 0) return body;
     child = b;
   }
-  return child;
+  return mj_id2name(&model, mjOBJ_BODY, child) == nullptr ? body : child;
 }
 
 }  // namespace

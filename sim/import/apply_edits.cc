@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -89,8 +90,9 @@ absl::Status ApplyEdits(const MotionMirror& mirror, const EditOptions& options,
 }
 
 bool HasEdits(const EditOptions& options) {
-  return options.from_s > 0 || std::isfinite(options.to_s) || options.loop ||
-         options.mirror || options.align_heading;
+  return options.from_s != 0 ||
+         options.to_s != std::numeric_limits<double>::infinity() ||
+         options.loop || options.mirror || options.align_heading;
 }
 
 }  // namespace sinew::import

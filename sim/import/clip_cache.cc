@@ -123,12 +123,12 @@ absl::StatusOr<TensorMap> ClipCache::LoadTensors(const std::string& key) const {
   const std::string path = ClipPath(folder_, key);
   SINEW_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   const std::string found = Sha256Hex(bytes);
-  const std::string expected = json.value("clip_sha256", std::string());
-  if (found != expected) {
+  const Json expected = json.value("clip_sha256", Json());
+  if (expected != Json(found)) {
     SINEW_RETURN_IF_ERROR(RemoveRecursively(ReportPath(folder_, key)));
     return absl::DataLossError(
-        absl::StrCat(path, ": expected SHA-256 ", expected, ", found ", found,
-                     ": altered; the next import makes it anew"));
+        absl::StrCat(path, ": expected SHA-256 ", expected.dump(), ", found ",
+                     found, ": altered; the next import makes it anew"));
   }
   return ParseSafetensors(bytes, path);
 }

@@ -3,10 +3,12 @@
 #include <mujoco/mujoco.h>
 #include <time.h>
 
+#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
@@ -45,6 +47,20 @@ std::string Key(const ImportContext& context, const ImportJob& job) {
   return Sha256Hex(text);
 }
 
+// Of the files that are read with it; empty where they are not to be found,
+// which reading will say.
+std::string CompanionsDigest(const std::string& file, absl::string_view bytes,
+                             const ReadClipOptions& options) {
+  const auto companions = CompanionFiles(file, bytes, options);
+  if (!companions.ok()) return "";
+  std::string digests;
+  for (const std::string& companion : *companions) {
+    const auto content = ReadFile(companion, kMaxClipBytes);
+    absl::StrAppend(&digests, content.ok() ? Sha256Hex(*content) : "none");
+  }
+  return Sha256Hex(digests);
+}
+
 absl::StatusOr<ImportedClip> Import(const ImportContext& context,
                                     const ImportJob& job,
                                     const std::string& name) {
@@ -54,16 +70,21 @@ absl::StatusOr<ImportedClip> Import(const ImportContext& context,
     return absl::AbortedError(
         absl::StrCat(job.file, ": it changed while it was being imported"));
   }
-  SINEW_ASSIGN_OR_RETURN(
-      const Source source,
-      ReadClip(job.file, bytes, name, &context.model, context.options.read));
+  const absl::StatusOr<Source> source =
+      ReadClip(job.file, bytes, name, &context.model, context.options.read);
+  if (CompanionsDigest(job.file, bytes, context.options.read) !=
+      job.companions_sha256) {
+    return absl::AbortedError(absl::StrCat(
+        job.file, ": its skeleton changed while it was being imported"));
+  }
+  SINEW_RETURN_IF_ERROR(source.status());
   ClipOptions options;
   options.rate = context.options.rate;
   if (context.options.map) options.map = &*context.options.map;
   options.edits = context.options.edits;
   options.edits.mirror = job.mirrored;
   options.mirror = context.mirror;
-  return ImportClip(context.model, source, options);
+  return ImportClip(context.model, *source, options);
 }
 
 // Errors of a clip name it, but not always its file.
@@ -154,39 +175,36 @@ ImportJob MakeJob(const std::string& file, const ReadClipOptions& options) {
     return job;
   }
   job.sha256 = Sha256Hex(*bytes);
-  const auto companions = CompanionFiles(file, *bytes, options);
-  if (!companions.ok()) return job;  // reading it will say so
-  std::string digests;
-  for (const std::string& companion : *companions) {
-    const auto content = ReadFile(companion, kMaxClipBytes);
-    absl::StrAppend(&digests, content.ok() ? Sha256Hex(*content) : "none");
-  }
-  job.companions_sha256 = Sha256Hex(digests);
+  job.companions_sha256 = CompanionsDigest(file, *bytes, options);
   return job;
 }
 
 std::string OptionsDigest(const std::string& character_digest,
                           const ImportOptions& options) {
   const ReadOptions& read = options.read.read;
-  const auto number = [](const auto& value) {
-    return value ? absl::StrCat(*value) : std::string("unset");
+  const auto exact = [](double value) {
+    return absl::StrFormat("%.17g", value);
+  };
+  const auto number = [&](const std::optional<double>& value) {
+    return value ? exact(*value) : std::string("unset");
   };
   std::string text;
   AddField("importer", absl::StrCat(kImporterVersion), &text);
   AddField("mujoco", absl::StrCat(mj_version()), &text);
   AddField("character", character_digest, &text);
-  AddField("rate", absl::StrCat(options.rate), &text);
+  AddField("rate", exact(options.rate), &text);
   AddField("format", options.read.format, &text);
   AddField("unit", number(read.metres_per_unit), &text);
   AddField("up", read.up_axis ? std::string(1, *read.up_axis) : "", &text);
   AddField("fps", number(read.frames_per_second), &text);
   AddField("order", read.quaternion_order.value_or(""), &text);
   const EditOptions& edits = options.edits;
-  AddField("edits",
-           absl::StrCat(edits.from_s, " ", edits.to_s, " ", edits.loop, " ",
-                        edits.loop_options.least_s, " ",
-                        edits.loop_options.most_s, " ", edits.align_heading),
-           &text);
+  AddField(
+      "edits",
+      absl::StrCat(exact(edits.from_s), " ", exact(edits.to_s), " ", edits.loop,
+                   " ", exact(edits.loop_options.least_s), " ",
+                   exact(edits.loop_options.most_s), " ", edits.align_heading),
+      &text);
   AddField("map", options.map ? SerializeDeterministically(*options.map) : "",
            &text);
   return Sha256Hex(text);

@@ -157,9 +157,9 @@ bool UpToDate(const std::string& directory, const std::string& outcome) {
     return false;
   }
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
-  return json.is_object() && json.value("outcome", "") == outcome &&
-         json.value("manifest_sha256", "") == Sha256Hex(*manifest) &&
-         json.value("frames_bytes", int64_t{-1}) == *frames;
+  return json.is_object() && json.value("outcome", Json()) == Json(outcome) &&
+         json.value("manifest_sha256", Json()) == Json(Sha256Hex(*manifest)) &&
+         json.value("frames_bytes", Json()) == Json(*frames);
 }
 
 absl::Status WriteImportFile(const std::string& directory,
@@ -186,6 +186,8 @@ absl::Status WriteAll(const character::Character& character,
       !context.options.report_only && UpToDate(directory, outcome);
   if (context.options.changed != nullptr) *context.options.changed = !same;
   if (same) return absl::OkStatus();
+  // No longer what the folder holds, until all is written.
+  SINEW_RETURN_IF_ERROR(RemoveRecursively(JoinPath(directory, kImportFile)));
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       JoinPath(directory, kReportFile),
       Dump(ReportJson(reports, character.name(), context.options.rate))));

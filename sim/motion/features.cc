@@ -150,6 +150,9 @@ absl::StatusOr<std::unique_ptr<const MotionFeatures>> MotionFeatures::Open(
       std::unique_ptr<const FeatureFile> file,
       FeatureFile::OpenOrCompute(JoinPath(directory, kFile), key,
                                  [&]() -> absl::StatusOr<TensorMap> {
+                                   // What is kept under the library's digest
+                                   // must be of its frames.
+                                   SINEW_RETURN_IF_ERROR(library.Verify());
                                    return Compute(library, bodies, width);
                                  }));
   return std::unique_ptr<const MotionFeatures>(

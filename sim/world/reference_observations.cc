@@ -30,8 +30,8 @@ class Observer {
         ahead_(builder_.frames_ahead().size(), body_) {
     for (size_t i = 0; i < ahead_.size(); ++i) {
       frames_.push_back(std::make_unique<motion::ReferenceFrame>(library_));
-      contact_.push_back(frames_[i]->view().contact);
     }
+    contact_.resize(ahead_.size());
   }
 
   void Write(int clip, int64_t frame, absl::Span<float> out) {
@@ -40,6 +40,7 @@ class Observer {
     for (size_t i = 0; i < ahead_.size(); ++i) {
       frames_[i]->Load(library_, clip, frame + builder_.frames_ahead()[i]);
       reader_.Read(frames_[i]->view(), &ahead_[i]);
+      contact_[i] = frames_[i]->view().contact;
     }
     builder_.Build({.body = &body_,
                     .reference = ahead_,
@@ -101,8 +102,12 @@ ReferenceObservations::Open(const TrackingTask& task,
            {library.manifest().num_frames(), task.observation_width()}}}};
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<const motion::FeatureFile> file,
-      motion::FeatureFile::OpenOrCompute(JoinPath(directory, kFile), key,
-                                         [&] { return Compute(task); }));
+      motion::FeatureFile::OpenOrCompute(
+          JoinPath(directory, kFile), key, [&]() -> absl::StatusOr<TensorMap> {
+            // What is kept under the library's digest must be of its frames.
+            SINEW_RETURN_IF_ERROR(library.Verify());
+            return Compute(task);
+          }));
   return std::unique_ptr<const ReferenceObservations>(new ReferenceObservations(
       library, task.observation_width(), std::move(file)));
 }

@@ -85,7 +85,10 @@ class Showing {
       if (stop_.stop_requested()) {
         return absl::CancelledError("report: stopped before its end");
       }
-      const std::string key = (*clips)[i].value("cache_key", "");
+      if (full_ && (drawn_ >= options_.pictures || !note_.empty())) break;
+      const Json cache_key = (*clips)[i].value("cache_key", Json());
+      if (!cache_key.is_string()) continue;
+      const std::string key = cache_key.get<std::string>();
       if (key.empty()) continue;
       const auto frames = cache_.LoadFrames(key);
       if (!frames.ok()) {

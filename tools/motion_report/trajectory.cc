@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kPerMetre = 1000;
 constexpr double kPerUnit = 32767;
+// How far a root may go, m: what 16 bits hold, with room for limbs.
+constexpr double kReach = 30;
 
 void Append(double value, std::string* bytes) {
   const auto packed = static_cast<uint16_t>(static_cast<int16_t>(
@@ -78,6 +80,11 @@ absl::StatusOr<Trajectory> MakeTrajectory(const TensorMap& frames, double rate,
   std::string place, turn;
   for (int64_t t = 0; t < shown.frames; ++t) {
     const size_t row = static_cast<size_t>(t * step * bodies);
+    if (std::hypot(points[3 * row] - x, points[3 * row + 1] - y) > kReach) {
+      shown.frames = static_cast<int>(t);
+      shown.cut = true;
+      break;
+    }
     place += PackPoints(points.subspan(3 * row, 3 * bodies), x, y);
     for (const float value : turns.subspan(4 * row, 4 * bodies)) {
       Append(kPerUnit * value, &turn);

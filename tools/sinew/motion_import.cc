@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "common/clock.h"
 #include "common/config/recipe.h"
+#include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "sim/import/importer.h"
@@ -215,6 +216,9 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   const absl::Status imported =
       import::ImportFiles(*character, files, importing, options.out, &reports);
   if (absl::IsCancelled(imported)) return imported;
+  const std::string page = JoinPath(options.out, "report.html");
+  // Of what the folder held before.
+  if (changed) SINEW_RETURN_IF_ERROR(RemoveRecursively(page));
   // Ends the bar's line before the table.
   showing = std::make_unique<Showing>(options.quiet);
   if (!options.quiet) PrintTable(reports);
@@ -227,7 +231,7 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   }
   SINEW_RETURN_IF_ERROR(imported);
   PrintSummary(reports, options.out);
-  if (options.no_html || !changed) {
+  if (options.no_html || (!changed && FileExists(page))) {
     return absl::OkStatus();
   }
   return WritePage(*character, options, showing.get(), stop);

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -34,7 +36,7 @@ class Reader : public Json::json_sax_t {
     if (depth_ != 1 || key_ != "Loop") return Value("a string");
     if (text != "wrap" && text != "none") {
       return Fail(absl::StrCat(
-          "\"Loop\": expected \"wrap\" or \"none\", found \"", text, "\""));
+          "\"Loop\": expected \"wrap\" or \"none\", found ", Quoted(text)));
     }
     file_.loops = text == "wrap";
     return true;
@@ -83,7 +85,11 @@ class Reader : public Json::json_sax_t {
                                "\" at byte ", position,
                                in_frames_ ? InFrame() : ""));
     }
-    return Fail(absl::StrCat("expected JSON: ", error.what()));
+    constexpr size_t kMostMessage = 300;  // a message quotes whole tokens
+    return Fail(absl::StrCat(
+        "expected JSON: ",
+        absl::CHexEscape(
+            absl::string_view(error.what()).substr(0, kMostMessage))));
   }
 
   bool complete() const { return has_frames_; }

@@ -45,10 +45,15 @@ absl::Status StatusOfExit(const ExitStatus& exit, absl::string_view source,
   if (exit.signal == 0 && exit.code == kFbxExhausted) {
     return absl::ResourceExhaustedError(message);
   }
-  if (exit.signal == SIGXCPU) {
+  if (exit.signal == SIGXCPU || exit.signal == SIGKILL) {
     return absl::ResourceExhaustedError(
         absl::StrCat(source, ": expected to be read within ",
-                     absl::FormatDuration(kFbxPatience)));
+                     absl::FormatDuration(kFbxPatience),
+                     " and the machine's memory, found the reader killed"));
+  }
+  if (exit.signal == 0 && exit.code == kFbxBadUsage) {
+    return absl::InternalError(absl::StrCat(
+        source, ": the FBX reader could not read or write its files"));
   }
   return absl::InvalidArgumentError(
       absl::StrCat(source, ": expected an FBX file, found one that the FBX ",

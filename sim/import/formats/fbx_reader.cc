@@ -16,14 +16,16 @@
 namespace sinew::import {
 namespace {
 
-void Limit(__rlimit_resource resource, int64_t value) {
-  const rlimit limit = {static_cast<rlim_t>(value), static_cast<rlim_t>(value)};
+// `slack`: from the limit that is told to the one that kills.
+void Limit(__rlimit_resource resource, int64_t value, int64_t slack = 0) {
+  const rlimit limit = {static_cast<rlim_t>(value),
+                        static_cast<rlim_t>(value + slack)};
   setrlimit(resource, &limit);
 }
 
 void LimitResources(int64_t file_bytes) {
   Limit(RLIMIT_CORE, 0);
-  Limit(RLIMIT_CPU, absl::ToInt64Seconds(kFbxPatience));
+  Limit(RLIMIT_CPU, absl::ToInt64Seconds(kFbxPatience), /*slack=*/5);
 #if !defined(__SANITIZE_ADDRESS__) && !__has_feature(address_sanitizer) && \
     !__has_feature(thread_sanitizer)
   // Sanitizers reserve terabytes.

@@ -18,6 +18,7 @@
 #include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/npz.h"
 #include "sim/import/formats/smpl_skeleton.h"
+#include "sim/import/formats/text_lines.h"
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
@@ -81,6 +82,13 @@ class Table {
           "second)",
           file.Label(member), kMaxClipSeconds, (shape[0] - 1) / rate, shape[0],
           rate));
+    }
+    constexpr int64_t kMostFrames =
+        static_cast<int64_t>(kMaxRotations) / 24;  // joints of a pose
+    if (shape[0] > kMostFrames) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat(file.Label(member), ": expected at most ", kMostFrames,
+                       " frames, found ", header.ToString()));
     }
     SINEW_ASSIGN_OR_RETURN(NpyArray array, file.ReadArray(member));
     return Table(file.Label(member), found, std::move(array));

@@ -1,6 +1,7 @@
 #ifndef SINEW_SIM_IMPORT_FORMATS_TEXT_LINES_H_
 #define SINEW_SIM_IMPORT_FORMATS_TEXT_LINES_H_
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -20,8 +21,11 @@ inline constexpr size_t kMaxNameBytes = 128;
 
 // Most joints times frames that a file of so many bytes may have: a joint that
 // moves takes at least two bytes a frame, and few joints do not move.
+// Never more than kMaxRotations, 2 GiB of quaternions: four hours at 120 Hz of
+// 38 joints.
+inline constexpr size_t kMaxRotations = size_t{1} << 26;
 inline constexpr size_t MaxRotations(size_t bytes) {
-  return bytes + (size_t{1} << 22);
+  return std::min(bytes + (size_t{1} << 22), kMaxRotations);
 }
 
 // The lines of a text, one after another. Lines end with LF, CR LF or CR; a

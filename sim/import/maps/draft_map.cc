@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -304,7 +305,8 @@ std::string SkeletonMapText(const v1::SkeletonMap& map) {
   std::string text = absl::StrCat(
       "# proto-file: proto/sinew/v1/skeleton_map.proto\n"
       "# proto-message: sinew.v1.SkeletonMap\nname: \"",
-      map.name(), "\"\ndescription: \"", map.description(), "\"\n");
+      map.name(), "\"\ndescription: \"", absl::CEscape(map.description()),
+      "\"\n");
   if (map.metres_per_unit() > 0) {
     absl::StrAppend(&text, "metres_per_unit: ", map.metres_per_unit(), "\n");
   }
@@ -312,8 +314,8 @@ std::string SkeletonMapText(const v1::SkeletonMap& map) {
     absl::StrAppend(&text, "first_frame_is_rest: true\n");
   }
   for (const v1::JointRole& joint : map.joints()) {
-    absl::StrAppend(&text, "joints { source: \"", joint.source(), "\" role: \"",
-                    joint.role(), "\"");
+    absl::StrAppend(&text, "joints { source: \"", absl::CEscape(joint.source()),
+                    "\" role: \"", joint.role(), "\"");
     for (const double angle : joint.rest_degrees()) {
       absl::StrAppend(&text, " rest_degrees: ", angle);
     }

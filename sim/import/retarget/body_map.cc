@@ -203,6 +203,8 @@ class Mapper {
         const Vector3d limb = turn[i] * (ZeroPlace(end) - Centre(body));
         const Vector3d wanted =
             track_.standing[end.role] - track_.standing[body.role];
+        constexpr double kLeastLimb = 1e-6;  // m; a shorter one points nowhere
+        if (limb.norm() < kLeastLimb || wanted.norm() < kLeastLimb) continue;
         turn[i] = Quaterniond::FromTwoVectors(limb, wanted) * turn[i];
       }
       body.alignment = turn[i] * zero_.rotation[body.body];

@@ -94,6 +94,14 @@ VectorXd FrameAt(const ModelMotion& motion, int t) {
   return qpos;
 }
 
+void KeepCycle(const Vector3d& old_root, ModelMotion* motion) {
+  if (!motion->loops) return;
+  const Vector3d pivot = old_root - motion->qpos[0].head<3>();
+  const Vector3d shift = pivot - motion::YawRotation(motion->cycle.yaw) * pivot;
+  motion->cycle.x += shift.x();
+  motion->cycle.y += shift.y();
+}
+
 void Rates(const mjModel& model, const ModelMotion& motion, int t,
            VectorXd* qvel, VectorXd* qacc) {
   const double dt = motion.dt();

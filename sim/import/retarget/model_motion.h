@@ -27,6 +27,10 @@ struct ModelMotion {
 // cycle as often as it takes; of others `t` must be a frame.
 Eigen::VectorXd FrameAt(const ModelMotion& motion, int t);
 
+// Keeps a loop's cycle the same map of the world after the root of its first
+// frame, about which it turns, was moved from `old_root`.
+void KeepCycle(const Eigen::Vector3d& old_root, ModelMotion* motion);
+
 // qvel and qacc [nv] of frame `t` in MuJoCo's convention, from the frames
 // beside it: v = (r+ - r-) / 2 dt and a = (r+ + r-) / dt^2 with r+- the
 // displacements to the neighbours, both second-order accurate and without lag.

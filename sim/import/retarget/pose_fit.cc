@@ -63,6 +63,7 @@ ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
       mj_integratePos(&model, next.qpos[t].data(), back.data(), 1);
     }
   }
+  KeepCycle(motion.qpos[0].head<3>(), &best);
   ClampHinges(dynamics->import_model(), &best);
   return best;
 }

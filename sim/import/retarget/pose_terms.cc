@@ -109,8 +109,9 @@ void PoseTerms::AddSoles(int t, Frame* frame) const {
   for (const Lock& lock : locks_[t]) {
     stands[lock.point] = true;
     const Vector3d& place = lowest[lock.point];
-    const MatrixXd jacobian =
-        dynamics_->PointJacobian(points[lock.point].body, place);
+    const MatrixXd jacobian = dynamics_->PointJacobian(
+        points[lock.point].body,
+        place + Vector3d(0, 0, points[lock.point].radius));
     frame->Add(jacobian.row(2), place.tail<1>(), options_.height);
     if (lock.slides) continue;
     frame->Add(jacobian.topRows(2), place.head<2>() - lock.place,
@@ -169,10 +170,13 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
     }
     cost += bend.cwiseAbs2().dot(square);
     for (int i = 0; i < 3; ++i) {
-      // What lies beyond the seam of a loop is held for this step.
-      if (frames[i] < 0 || frames[i] >= n) continue;
-      (*slope)[frames[i]] += coefficients[i] * square.cwiseProduct(bend);
-      for (int j = 0; j <= i; ++j) {
+      const int here = (frames[i] + n) % n;
+      (*slope)[here] += coefficients[i] * square.cwiseProduct(bend);
+      solver->block(here, 0).diagonal() +=
+          coefficients[i] * coefficients[i] * square;
+      // The band couples nothing over the seam of a loop.
+      if (here != frames[i]) continue;
+      for (int j = 0; j < i; ++j) {
         if (frames[j] < 0) continue;
         solver->block(frames[i], i - j).diagonal() +=
             coefficients[i] * coefficients[j] * square;

@@ -113,13 +113,7 @@ void Paste(const ModelMotion& part, const Window& window, ModelMotion* motion) {
       motion->qpos[t - frames] = FrameAt(back, -1);
     }
   }
-  if (window.end <= frames) return;
-  const Eigen::Vector3d pivot =
-      back.qpos[0].head<3>() - motion->qpos[0].head<3>();
-  const Eigen::Vector3d shift =
-      pivot - motion::YawRotation(motion->cycle.yaw) * pivot;
-  motion->cycle.x += shift.x();
-  motion->cycle.y += shift.y();
+  KeepCycle(back.qpos[0].head<3>(), motion);
 }
 
 void ClampHinges(const ImportModel& model, ModelMotion* motion) {

@@ -128,6 +128,7 @@ ModelMotion RefineTerms::Moved(const RefineState& state,
     mj_integratePos(&dynamics_->model(), motion.qpos[t].data(),
                     steps[Unknown(t)].data(), 1);
   }
+  KeepCycle(state.motion.qpos[0].head<3>(), &motion);
   return motion;
 }
 
