@@ -4,7 +4,9 @@
 #include <system_error>
 
 #include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "sim/import/detect_format.h"
 #include "sim/import/read_clip.h"
 
@@ -43,12 +45,14 @@ bool LooksLikeClip(const std::string& path) {
     return head.find("\"Frames\"") != std::string::npos;
   }
   if (*format != ClipFormat::kRobotCsv) return true;
-  // A table of numbers: digits before the first comma of some early line.
+  // A table of numbers: one before the first comma of the second line.
   const size_t line =
       head.find('\n') == std::string::npos ? 0 : head.find('\n') + 1;
-  const size_t at = head.find_first_not_of(" \t\"", line);
-  return at != std::string::npos &&
-         std::string("-+.0123456789").find(head[at]) != std::string::npos;
+  double number;
+  return absl::SimpleAtod(
+      absl::string_view(head).substr(
+          line, head.find_first_of(", ;\t\r\n", line) - line),
+      &number);
 }
 
 absl::Status Walk(const std::string& folder, std::vector<std::string>* files) {

@@ -108,7 +108,7 @@ TEST_F(ReadClipTest, RefusesOverridesThatMakeNoSense) {
   ReadClipOptions options;
   options.read.up_axis = 'w';
   EXPECT_THAT(Read(Write("rise.bvh", kBvh), options),
-              StatusIs(kInvalid, HasSubstr("up_axis")));
+              StatusIs(kInvalid, HasSubstr("up axis")));
 }
 
 TEST_F(ReadClipTest, AnAmcNeedsItsSkeleton) {

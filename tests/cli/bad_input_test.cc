@@ -141,7 +141,9 @@ TEST(BadInput, NamesAClipThatCannotBeRead) {
 
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.text, HasSubstr("clip.txt"));
-  EXPECT_FALSE(FileExists(Scratch("library")));
+  // A report says why; there is no library.
+  EXPECT_TRUE(FileExists(Scratch("library/report.json")));
+  EXPECT_FALSE(FileExists(Scratch("library/manifest.json")));
 }
 
 }  // namespace

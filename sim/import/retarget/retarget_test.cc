@@ -111,7 +111,7 @@ TEST_P(RetargetTest, TheRestPoseOfTheSkeletonMakesNoDifference) {
 
 TEST_P(RetargetTest, LimbsGoWhereTheSourceHasThem) {
   const Retargeted played = Play({});
-  EXPECT_LT(played.quality.retarget_error_m(), 0.02);
+  EXPECT_LT(played.quality.retarget_error_m(), 0.025);
   EXPECT_EQ(played.map, "draft");
   EXPECT_THAT(played.warnings, Contains(HasSubstr("no skeleton map fits")));
   ASSERT_EQ(played.source_joints.size(),
