@@ -24,10 +24,11 @@ bool IsHopeless(const absl::Status& status) {
   return absl::IsInvalidArgument(status) || absl::IsFailedPrecondition(status);
 }
 
-// Replay has the order's segment, this one or another.
-bool IsThere(v1::PutSegmentResponse::Verdict verdict) {
-  return verdict == v1::PutSegmentResponse::VERDICT_ACCEPTED ||
-         verdict == v1::PutSegmentResponse::VERDICT_DUPLICATE;
+// The segment itself is wrong, as opposed to late or of no use any more.
+bool IsRefusedForGood(v1::PutSegmentResponse::Verdict verdict) {
+  return verdict != v1::PutSegmentResponse::VERDICT_ACCEPTED &&
+         verdict != v1::PutSegmentResponse::VERDICT_DUPLICATE &&
+         verdict != v1::PutSegmentResponse::VERDICT_UNEXPECTED;
 }
 
 }  // namespace
@@ -109,15 +110,15 @@ void Actor::ReportVerdict(const OutgoingSegment& segment,
   metrics_.Count(response);
   metrics_.queue_bytes.Set(static_cast<double>(outbox_.bytes()));
   const std::string& verdict = Response::Verdict_Name(response.verdict());
-  if (!IsThere(response.verdict())) {
+  if (response.verdict() != Response::VERDICT_ACCEPTED &&
+      response.verdict() != Response::VERDICT_DUPLICATE) {
     LogWarning("replay refused a segment", {{"order", segment.order_id},
                                             {"verdict", verdict},
                                             {"detail", response.detail()}});
-    // Nothing is wrong with an unexpected segment: its order was taken, or
-    // replay has forgotten it and the learner will open it again. In neither
-    // case is the order done by this.
+  }
+  if (IsRefusedForGood(response.verdict())) {
     Return({segment.order_id}, absl::StrCat(verdict, ": ", response.detail()),
-           /*refused=*/response.verdict() != Response::VERDICT_UNEXPECTED);
+           /*refused=*/true);
     return;
   }
   v1::ActorMessage::Done done;
