@@ -1,30 +1,24 @@
-// Prints how well clips play on a character:
-//   figures_tool [--character g1] [--plain] [--against DIR] [--dump DIR]
-//   FILES...
-// --plain: without refinement. --against: for a file with a recording of the
-// same clip on the character (DIR/STEM.csv) how far the two are apart. --dump:
-// writes the places of all joints to DIR/STEM.txt.
+// Prints how well clips play on a character, and how far they are from another
+// recording of the same on it:
+//   figures_tool [--character g1] [--plain] [--against DIR] FILES...
+#include <mujoco/mujoco.h>
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ctime>
-#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
-#include "sim/import/formats/asf_amc.h"
-#include "sim/import/formats/bvh.h"
-#include "sim/import/formats/deepmimic.h"
-#include "sim/import/formats/robot_csv.h"
-#include "sim/import/formats/robot_layout.h"
-#include "sim/import/formats/smpl_npz.h"
+#include "sim/character/end_effectors.h"
+#include "sim/import/clip_name.h"
 #include "sim/import/maps/skeleton_maps.h"
+#include "sim/import/read_clip.h"
 #include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/retarget.h"
@@ -35,27 +29,10 @@
 namespace sinew::import {
 namespace {
 
-constexpr int64_t kMaxBytes = int64_t{1} << 30;
-
-std::string Stem(const std::string& path) {
-  const std::string base = path.substr(path.rfind('/') + 1);
-  return base.substr(0, base.rfind('.'));
-}
-
-absl::StatusOr<Source> Read(const std::string& path) {
-  SINEW_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMaxBytes));
-  const std::string name = Stem(path);
-  if (absl::EndsWith(path, ".bvh")) return ParseBvh(bytes, name, path, {});
-  if (absl::EndsWith(path, ".npz")) return ParseSmplNpz(bytes, name, path, {});
-  if (absl::EndsWith(path, ".txt")) return ParseDeepMimic(bytes, name, path);
-  if (absl::EndsWith(path, ".amc")) {
-    for (const std::string& asf : AsfCandidates(path)) {
-      SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(asf, kMaxBytes));
-      SINEW_ASSIGN_OR_RETURN(const AsfSkeleton skeleton, ParseAsf(text, asf));
-      return ParseAmc(bytes, skeleton, name, path, {});
-    }
-  }
-  return absl::InvalidArgumentError(absl::StrCat(path, ": unknown format"));
+absl::StatusOr<Source> Read(const std::string& path, const ImportModel& model) {
+  SINEW_ASSIGN_OR_RETURN(const std::string bytes,
+                         ReadFile(path, kMaxClipBytes));
+  return ReadClip(path, bytes, ClipName(path), &model, {});
 }
 
 absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
@@ -126,25 +103,11 @@ Eigen::Matrix3d Orientation(const Eigen::VectorXd& qpos, bool whole) {
       .toRotationMatrix();
 }
 
-// Bodies of the feet, then of the hands.
-std::vector<int> Ends(const ImportModel& model) {
-  std::vector<int> ends = model.feet;
-  for (const char* side : {"left_wrist", "right_wrist"}) {
-    int hand = 0;
-    for (const SemanticJoint& joint : model.semantics) {
-      if (!absl::StartsWith(joint.semantic, side)) continue;
-      hand = std::max(hand, model.model->jnt_bodyid[joint.joint]);
-    }
-    if (hand > 0) ends.push_back(hand);
-  }
-  return ends;
-}
-
 // Mean distance of each end of two motions, seen from the root, m.
-std::vector<double> Apart(const ImportModel& model, const ModelMotion& a,
+std::vector<double> Apart(const ImportModel& model,
+                          const std::vector<int>& ends, const ModelMotion& a,
                           const ModelMotion& b, bool whole) {
   Dynamics dynamics(model);
-  const std::vector<int> ends = Ends(model);
   const auto places = [&](const Eigen::VectorXd& qpos) {
     dynamics.SetPose(qpos);
     const Eigen::Matrix3d frame = Orientation(qpos, whole);
@@ -185,126 +148,101 @@ double RootTurn(const ModelMotion& a, const ModelMotion& b) {
   return sum / frames;
 }
 
-void Compare(const ImportModel& model, const std::string& path,
-             const Retargeted& ours, const RetargetOptions& options) {
-  const auto bytes = ReadFile(path, kMaxBytes);
-  const auto layouts = KnownRobotLayouts();
-  if (!bytes.ok() || !layouts.ok()) return;
-  ReadOptions read;
-  read.quaternion_order = "xyzw";
-  const auto clip = ParseRobotCsv(*bytes, Stem(path), path, read, *layouts);
-  if (!clip.ok()) {
-    absl::PrintF("  %s\n", clip.status().message());
-    return;
-  }
+// `path`: a recording of the same clip on the character. `ends`: body ids.
+absl::Status Compare(const ImportModel& model, const std::vector<int>& ends,
+                     const std::string& path, const Retargeted& ours,
+                     const RetargetOptions& options) {
   RetargetOptions plain = options;
   plain.refine = false;
-  const auto theirs = FitRobotClip(model, *clip, plain);
-  if (!theirs.ok()) {
-    absl::PrintF("  %s\n", theirs.status().message());
-    return;
-  }
-  const auto heading = Apart(model, ours.motion, theirs->motion, false);
+  SINEW_ASSIGN_OR_RETURN(const Source source, Read(path, model));
+  SINEW_ASSIGN_OR_RETURN(const Retargeted theirs, Play(model, source, plain));
+  const std::vector<double> heading =
+      Apart(model, ends, ours.motion, theirs.motion, /*whole=*/false);
   absl::PrintF(
       "  apart %.1f cm (whole root rotation: %.1f cm; roots turned %.2f rad); "
       "each: ",
       100 * Mean(heading),
-      100 * Mean(Apart(model, ours.motion, theirs->motion, true)),
-      RootTurn(ours.motion, theirs->motion));
+      100 * Mean(Apart(model, ends, ours.motion, theirs.motion,
+                       /*whole=*/true)),
+      RootTurn(ours.motion, theirs.motion));
   for (const double end : heading) absl::PrintF("%.1f ", 100 * end);
   absl::PrintF("\n  theirs: skate %.2f cm/s, penetration %.2f cm\n",
-               100 * theirs->quality.foot_skate_m_per_s(),
-               100 * theirs->quality.foot_penetration_p99_m());
+               100 * theirs.quality.foot_skate_m_per_s(),
+               100 * theirs.quality.foot_penetration_p99_m());
+  return absl::OkStatus();
 }
 
-// Parents of the bodies, of the source's joints, then a frame a line: places.
-void Dump(const ImportModel& model, const Retargeted& played,
-          const std::string& path) {
-  Dynamics dynamics(model);
-  const int bodies = model.model->nbody;
-  std::vector<int> parents(model.model->body_parentid,
-                           model.model->body_parentid + bodies);
-  std::string text =
-      absl::StrCat(absl::StrJoin(parents, " "), "\n",
-                   absl::StrJoin(played.source_parents, " "), "\n");
-  for (int t = 0; t < played.motion.frames(); ++t) {
-    dynamics.SetPose(played.motion.qpos[t]);
-    const double* xpos = dynamics.data().xpos;
-    const std::vector<double> places(xpos, xpos + 3 * bodies);
-    absl::StrAppend(&text, absl::StrJoin(places, " "));
-    if (!played.source_joints.empty()) {
-      for (const Eigen::Vector3d& p : played.source_joints[t]) {
-        absl::StrAppend(&text, " ", p.x(), " ", p.y(), " ", p.z());
-      }
-    }
-    text += "\n";
+absl::StatusOr<std::vector<int>> EndBodies(
+    const character::Character& character) {
+  SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> names,
+                         character::EndEffectors(character));
+  std::vector<int> bodies;
+  for (const std::string& name : names) {
+    bodies.push_back(mj_name2id(character.model(), mjOBJ_BODY, name.c_str()));
   }
-  const absl::Status status = WriteFileAtomically(path, text);
-  if (!status.ok()) absl::PrintF("%s\n", status.message());
+  return bodies;
 }
 
-int Main(int argc, char** argv) {
-  std::string character = "humanoid", against, dump;
+struct Flags {
+  std::string character = "humanoid";
+  std::string against;
   std::vector<std::string> files;
   RetargetOptions options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string flag = argv[i];
-    const bool has_value = i + 1 < argc;
-    if (flag == "--plain") {
-      options.refine = false;
-    } else if (flag == "--character" && has_value) {
-      character = argv[++i];
-    } else if (flag == "--against" && has_value) {
-      against = argv[++i];
-    } else if (flag == "--dump" && has_value) {
-      dump = argv[++i];
-    } else if (absl::StartsWith(flag, "--")) {
-      absl::PrintF("unknown flag %s\n", flag);
-      return 2;
-    } else {
-      files.push_back(flag);
-    }
+};
+
+absl::Status PrintFile(const ImportModel& model, const std::vector<int>& ends,
+                       const Flags& flags, const std::string& file) {
+  SINEW_ASSIGN_OR_RETURN(const Source source, Read(file, model));
+  const std::clock_t start = std::clock();
+  SINEW_ASSIGN_OR_RETURN(const Retargeted played,
+                         Play(model, source, flags.options));
+  Print(ClipName(file), played,
+        static_cast<double>(std::clock() - start) /
+            static_cast<double>(CLOCKS_PER_SEC));
+  if (const auto* clip = std::get_if<SourceClip>(&source)) {
+    absl::PrintF("  ends apart from the scaled source: %.1f cm\n",
+                 100 * EndsApart(model, *clip, played, flags.options.rate));
   }
-  const auto body = character::Character::Load(character, v1::Physics());
-  if (!body.ok()) {
-    absl::PrintF("%s\n", body.status().message());
-    return 2;
+  for (const std::string& warning : played.warnings) {
+    absl::PrintF("  %s\n", warning);
   }
-  const ImportModel model = MakeImportModel(**body);
+  if (flags.against.empty()) return absl::OkStatus();
+  return Compare(model, ends,
+                 JoinPath(flags.against, absl::StrCat(ClipName(file), ".csv")),
+                 played, flags.options);
+}
+
+absl::Status Run(const Flags& flags) {
+  SINEW_ASSIGN_OR_RETURN(
+      const auto character,
+      character::Character::Load(flags.character, v1::Physics()));
+  SINEW_ASSIGN_OR_RETURN(const std::vector<int> ends, EndBodies(*character));
+  const ImportModel model = MakeImportModel(*character);
   absl::PrintF(
       "clip                             map             s  s/10s  force torque "
       " peak   skate pen99 float  self  error limit  fit  air\n");
-  for (const std::string& file : files) {
-    const auto source = Read(file);
-    const std::clock_t start = std::clock();
-    const absl::StatusOr<Retargeted> played =
-        source.ok() ? Play(model, *source, options)
-                    : absl::StatusOr<Retargeted>(source.status());
-    const double took = static_cast<double>(std::clock() - start) /
-                        static_cast<double>(CLOCKS_PER_SEC);
-    if (!played.ok()) {
-      absl::PrintF("%s: %s\n", file, played.status().message());
-      continue;
-    }
-    Print(Stem(file), *played, took);
-    if (const auto* clip = std::get_if<SourceClip>(&*source)) {
-      absl::PrintF("  ends apart from the scaled source: %.1f cm\n",
-                   100 * EndsApart(model, *clip, *played, options.rate));
-    }
-    if (!dump.empty()) {
-      Dump(model, *played, JoinPath(dump, absl::StrCat(Stem(file), ".txt")));
-    }
-    for (const std::string& warning : played->warnings) {
-      absl::PrintF("  %s\n", warning);
-    }
-    if (against.empty()) continue;
-    Compare(model, JoinPath(against, absl::StrCat(Stem(file), ".csv")), *played,
-            options);
+  for (const std::string& file : flags.files) {
+    const absl::Status status = PrintFile(model, ends, flags, file);
+    if (!status.ok()) absl::PrintF("%s: %s\n", file, status.message());
   }
-  return 0;
+  return absl::OkStatus();
 }
 
 }  // namespace
 }  // namespace sinew::import
 
-int main(int argc, char** argv) { return sinew::import::Main(argc, argv); }
+int main(int argc, char** argv) {
+  sinew::import::Flags flags;
+  bool plain = false;
+  CLI::App app("Prints how well clips play on a character");
+  app.add_option("--character", flags.character);
+  app.add_option("--against", flags.against,
+                 "folder with CLIP.csv, the same clips on the character");
+  app.add_flag("--plain", plain, "without refinement");
+  app.add_option("files", flags.files)->required();
+  CLI11_PARSE(app, argc, argv);
+  flags.options.refine = !plain;
+  const absl::Status status = sinew::import::Run(flags);
+  if (!status.ok()) absl::PrintF("%s\n", status.message());
+  return status.ok() ? 0 : 2;
+}

@@ -27,14 +27,6 @@ void MoveByCycle(const Cycle& cycle, const Vector3d& origin, bool forward,
   motion::ToWxyz(turn * motion::FromWxyz(qpos->data() + 3), qpos->data() + 3);
 }
 
-// Displacement from `a` to `b`, [nv].
-VectorXd Displacement(const mjModel& model, const VectorXd& a,
-                      const VectorXd& b) {
-  VectorXd difference(model.nv);
-  mj_differentiatePos(&model, difference.data(), 1, a.data(), b.data());
-  return difference;
-}
-
 // Rotation of a mapped body in its parent that the source asks for.
 Quaterniond Target(const BodyMap& map, const MappedBody& body,
                    const std::vector<Quaterniond>& world) {
@@ -80,6 +72,24 @@ Cycle ScaleCycle(const RoleTrack& track, const BodyMap& map) {
 }
 
 }  // namespace
+
+VectorXd Displacement(const mjModel& model, const VectorXd& a,
+                      const VectorXd& b) {
+  VectorXd difference(model.nv);
+  mj_differentiatePos(&model, difference.data(), 1, a.data(), b.data());
+  return difference;
+}
+
+void ClampHinges(const mjModel& model, ModelMotion* motion) {
+  for (int id = 0; id < model.njnt; ++id) {
+    if (model.jnt_type[id] != mjJNT_HINGE || !model.jnt_limited[id]) continue;
+    const int address = model.jnt_qposadr[id];
+    for (VectorXd& qpos : motion->qpos) {
+      qpos[address] = std::clamp(qpos[address], model.jnt_range[2 * id],
+                                 model.jnt_range[2 * id + 1]);
+    }
+  }
+}
 
 VectorXd FrameAt(const ModelMotion& motion, int t) {
   const int frames = motion.frames();

@@ -23,6 +23,13 @@ struct ModelMotion {
   double dt() const { return 1 / rate; }
 };
 
+// Tangent coordinates [nv] of the way from pose `a` to pose `b`.
+Eigen::VectorXd Displacement(const mjModel& model, const Eigen::VectorXd& a,
+                             const Eigen::VectorXd& b);
+
+// Cuts hinges to their ranges.
+void ClampHinges(const mjModel& model, ModelMotion* motion);
+
 // Frame `t` of a looping motion continued for ever both ways, moved by the
 // cycle as often as it takes; of others `t` must be a frame.
 Eigen::VectorXd FrameAt(const ModelMotion& motion, int t);

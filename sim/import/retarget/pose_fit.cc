@@ -1,6 +1,5 @@
 #include "sim/import/retarget/pose_fit.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -14,18 +13,6 @@ using Eigen::VectorXd;
 
 constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e4;
-
-void ClampHinges(const ImportModel& model, ModelMotion* motion) {
-  for (const ImportJoint& joint : model.joints) {
-    const int id = model.model->dof_jntid[joint.dof_address];
-    if (!model.model->jnt_limited[id]) continue;
-    for (VectorXd& qpos : motion->qpos) {
-      qpos[joint.qpos_address] =
-          std::clamp(qpos[joint.qpos_address], model.model->jnt_range[2 * id],
-                     model.model->jnt_range[2 * id + 1]);
-    }
-  }
-}
 
 }  // namespace
 
@@ -64,7 +51,7 @@ ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
     }
   }
   KeepCycle(motion.qpos[0].head<3>(), &best);
-  ClampHinges(dynamics->import_model(), &best);
+  ClampHinges(model, &best);
   return best;
 }
 

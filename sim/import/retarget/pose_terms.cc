@@ -23,13 +23,6 @@ bool EndsALimb(const std::string& role) {
          absl::EndsWith(role, "_toe");
 }
 
-VectorXd Change(const mjModel& model, const VectorXd& from,
-                const VectorXd& to) {
-  VectorXd change(model.nv);
-  mj_differentiatePos(&model, change.data(), 1, from.data(), to.data());
-  return change;
-}
-
 }  // namespace
 
 PoseTerms::PoseTerms(const RoleTrack& track, const BodyMap& map,
@@ -193,7 +186,7 @@ double PoseTerms::Linearise(const ModelMotion& motion, double damping,
   double cost = 0;
   for (int t = 0; t < motion.frames(); ++t) {
     change.push_back(
-        Change(dynamics_->model(), original_.qpos[t], motion.qpos[t]));
+        Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t]));
     dynamics_->SetPose(motion.qpos[t]);
     Frame frame{&solver->block(t, 0), &(*slope)[t]};
     AddPoints(t, &frame);

@@ -93,9 +93,8 @@ double LoopSeam(Dynamics* dynamics, const ModelMotion& motion) {
   const int n = motion.frames();
   if (!motion.loops || n < 2) return 0;
   const mjModel& model = dynamics->model();
-  VectorXd step(model.nv);
-  mj_differentiatePos(&model, step.data(), 1, motion.qpos[n - 2].data(),
-                      motion.qpos[n - 1].data());
+  const VectorXd step =
+      Displacement(model, motion.qpos[n - 2], motion.qpos[n - 1]);
   VectorXd next = motion.qpos[n - 1];
   mj_integratePos(&model, next.data(), step.data(), 1);
   const Eigen::Matrix3Xd expected = BodyPositions(dynamics, FrameAt(motion, n));

@@ -116,18 +116,6 @@ void Paste(const ModelMotion& part, const Window& window, ModelMotion* motion) {
   KeepCycle(back.qpos[0].head<3>(), motion);
 }
 
-void ClampHinges(const ImportModel& model, ModelMotion* motion) {
-  for (const ImportJoint& joint : model.joints) {
-    const int id = model.model->dof_jntid[joint.dof_address];
-    if (!model.model->jnt_limited[id]) continue;
-    for (VectorXd& qpos : motion->qpos) {
-      qpos[joint.qpos_address] =
-          std::clamp(qpos[joint.qpos_address], model.model->jnt_range[2 * id],
-                     model.model->jnt_range[2 * id + 1]);
-    }
-  }
-}
-
 }  // namespace
 
 ModelMotion RefineMotion(Dynamics* dynamics,
@@ -151,7 +139,7 @@ ModelMotion RefineMotion(Dynamics* dynamics,
       Paste(Minimise(&terms, Cut(motion, window), options), window, &motion);
     }
   }
-  ClampHinges(dynamics->import_model(), &motion);
+  ClampHinges(dynamics->model(), &motion);
   return motion;
 }
 

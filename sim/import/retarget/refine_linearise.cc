@@ -79,9 +79,8 @@ void RefineTerms::AddPose(const ModelMotion& motion, int t,
   const mjModel& model = dynamics_->model();
   auto diagonal = equations->Block(Unknown(t), Unknown(t)).diagonal();
   auto gradient = equations->Gradient(Unknown(t));
-  VectorXd deviation(nv_);
-  mj_differentiatePos(&model, deviation.data(), 1, original_.qpos[t].data(),
-                      motion.qpos[t].data());
+  const VectorXd deviation =
+      Displacement(model, original_.qpos[t], motion.qpos[t]);
   const VectorXd squares = pose_weights_.cwiseAbs2();
   diagonal += squares;
   gradient += squares.cwiseProduct(deviation);

@@ -18,13 +18,6 @@ constexpr double kReach = 0.03;
 
 double Square(double x) { return x * x; }
 
-VectorXd Displacement(const mjModel& model, const VectorXd& a,
-                      const VectorXd& b) {
-  VectorXd difference(model.nv);
-  mj_differentiatePos(&model, difference.data(), 1, a.data(), b.data());
-  return difference;
-}
-
 VectorXd PerCoordinate(int nv, double floor, double up, double rotation,
                        double joint) {
   VectorXd weights = VectorXd::Constant(nv, joint);
