@@ -40,7 +40,8 @@ absl::StatusOr<RobotClip> ParseKeyframes(absl::string_view bytes,
                                          const ReadOptions& options);
 
 // Positions of markers on a body: no clip, since nothing says how the body is
-// turned, but something to hold a retargeted clip against.
+// turned. No motion is imported from them, and only tests read them: they are
+// recordings to measure retargeted clips of the same motions against.
 struct MarkerClip {
   std::string name;
   std::vector<std::string> markers;
