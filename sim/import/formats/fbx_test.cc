@@ -256,7 +256,7 @@ TEST(Fbx, DamagedFilesAreErrorsOrClipsWhateverTheLibraryDoes) {
     ++(absl::StrContains(clip.status().message(), "library fails") ? crashed
                                                                    : refused);
   }
-  EXPECT_EQ(clips + refused + crashed, kFiles);
+  EXPECT_GT(refused + crashed, 0);
   RecordProperty("clips", clips);
   RecordProperty("refused", refused);
   RecordProperty("crashed", crashed);
