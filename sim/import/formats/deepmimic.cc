@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/formats/deepmimic_json.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -151,11 +152,7 @@ const SourceSkeleton& DeepMimicSkeleton() {
 absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
                                           absl::string_view name,
                                           absl::string_view source) {
-  if (static_cast<int64_t>(json.size()) > kDeepMimicMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kDeepMimicMaxBytes,
-                     " bytes, found ", json.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(json, kDeepMimicMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(DeepMimicFile file, ReadDeepMimicJson(json, source));
   if (file.frames.size() < 2) {
     return absl::InvalidArgumentError(

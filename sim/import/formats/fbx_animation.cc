@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -26,10 +26,6 @@ constexpr char kPivotMark[] = "_$AssimpFbx$";
 
 absl::Status Error(absl::string_view source, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat(source, ": ", what));
-}
-
-std::string Quoted(absl::string_view name) {
-  return absl::StrCat("\"", absl::CHexEscape(name.substr(0, 60)), "\"");
 }
 
 Affine3d ToEigen(const aiMatrix4x4& m) {

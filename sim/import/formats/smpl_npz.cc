@@ -266,11 +266,7 @@ absl::StatusOr<SourceClip> ParseSmplNpz(absl::string_view bytes,
                                         absl::string_view source,
                                         const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kSmplMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kSmplMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kSmplMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(const NpzFile file, NpzFile::Open(bytes, source));
   SINEW_ASSIGN_OR_RETURN(const double rate, ReadRate(file, options));
   SINEW_ASSIGN_OR_RETURN(const std::vector<Table> poses, ReadPoses(file, rate));
