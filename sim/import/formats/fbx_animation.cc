@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <span>
 #include <utility>
 
@@ -35,6 +34,10 @@ Affine3d ToEigen(const aiMatrix4x4& m) {
   return transform;
 }
 
+Quaterniond ToEigen(const aiQuaternion& q) {
+  return Quaterniond(q.w, q.x, q.y, q.z);
+}
+
 bool IsGood(const Affine3d& transform) {
   return (transform.matrix().array().abs() <= kMaxNumber).all();
 }
@@ -43,16 +46,14 @@ Vector3d Value(const aiVectorKey& key) {
   return {key.mValue.x, key.mValue.y, key.mValue.z};
 }
 Quaterniond Value(const aiQuatKey& key) {
-  return Quaterniond(key.mValue.w, key.mValue.x, key.mValue.y, key.mValue.z)
-      .normalized();
+  return ToEigen(key.mValue).normalized();
 }
 
 bool IsGood(const aiVectorKey& key) {
   return (Value(key).array().abs() <= kMaxNumber).all();
 }
 bool IsGood(const aiQuatKey& key) {
-  const aiQuaternion& q = key.mValue;
-  const double norm = std::hypot(std::hypot(q.x, q.y, q.z), q.w);
+  const double norm = ToEigen(key.mValue).norm();
   return norm > 1e-3 && norm < 1e3;
 }
 
@@ -165,9 +166,13 @@ absl::StatusOr<FbxAnimation> FbxAnimation::Create(
   }
   FbxAnimation animation;
   SINEW_RETURN_IF_ERROR(animation.AddNodes(scene, source));
+  NodesByName by_name;
+  for (size_t i = 0; i < animation.nodes_.size(); ++i) {
+    by_name.emplace(animation.nodes_[i].name, static_cast<int>(i));
+  }
   SINEW_RETURN_IF_ERROR(
-      animation.AddChannels(*scene.mAnimations[chosen], source));
-  animation.AddBinds(scene);
+      animation.AddChannels(*scene.mAnimations[chosen], by_name, source));
+  animation.AddBinds(scene, by_name);
   animation.FindReplacedPivots();
   return animation;
 }
@@ -211,11 +216,8 @@ absl::Status FbxAnimation::AddNodes(const aiScene& scene,
 }
 
 absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
+                                       const NodesByName& by_name,
                                        absl::string_view source) {
-  std::map<absl::string_view, int> by_name;
-  for (size_t i = 0; i < nodes_.size(); ++i) {
-    by_name.emplace(nodes_[i].name, static_cast<int>(i));
-  }
   if (animation.mTicksPerSecond > 0) {
     ticks_per_second_ = animation.mTicksPerSecond;
   }
@@ -252,12 +254,8 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
   return absl::OkStatus();
 }
 
-void FbxAnimation::AddBinds(const aiScene& scene) {
+void FbxAnimation::AddBinds(const aiScene& scene, const NodesByName& by_name) {
   const std::vector<Affine3d> still = Still();
-  std::map<absl::string_view, int> by_name;
-  for (size_t i = 0; i < nodes_.size(); ++i) {
-    by_name.emplace(nodes_[i].name, static_cast<int>(i));
-  }
   struct Entry {
     const aiNode* node;
     Affine3d world;

@@ -199,17 +199,16 @@ absl::StatusOr<RobotPose> ReadPose(const KeyFile& file, size_t key) {
   }
   RobotPose pose;
   pose.root_position = Vector3d(qpos[0], qpos[1], qpos[2]);
-  const double norm =
-      std::hypot(std::hypot(qpos[3], qpos[4], qpos[5]), qpos[6]);
-  if (!(std::abs(norm - 1) <= kKeyNormTolerance)) {
+  const Eigen::Quaterniond rotation(qpos[3], qpos[4], qpos[5], qpos[6]);
+  const double norm = rotation.norm();
+  if (!(std::abs(norm - 1) <= kRobotNormTolerance)) {
     return KeyError(
         file, key, "qpos",
         absl::StrFormat("numbers 3 to 6: expected a unit quaternion (norm 1 "
                         "+- %g), found norm %g",
-                        kKeyNormTolerance, norm));
+                        kRobotNormTolerance, norm));
   }
-  pose.root_rotation = Eigen::Quaterniond(qpos[3] / norm, qpos[4] / norm,
-                                          qpos[5] / norm, qpos[6] / norm);
+  pose.root_rotation = rotation.normalized();
   pose.joints = Eigen::Map<const Eigen::VectorXd>(qpos.data() + kRootNumbers,
                                                   qpos.size() - kRootNumbers);
   return pose;

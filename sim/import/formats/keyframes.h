@@ -20,8 +20,6 @@ namespace sinew::import {
 // else kDefaultKeyRate, which is then "concluded" in the facts.
 
 inline constexpr double kDefaultKeyRate = 30;
-// A quaternion may be this far from unit length; it is normalised.
-inline constexpr double kKeyNormTolerance = 0.01;
 // Larger files are refused.
 inline constexpr int64_t kKeyframesMaxBytes = int64_t{128} << 20;
 

@@ -162,7 +162,9 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
                                            bool is_xyzw, int line,
                                            absl::string_view source) {
   const double* q = &row[kQuaternion];
-  const double norm = std::hypot(std::hypot(q[0], q[1], q[2]), q[3]);
+  const Quaterniond rotation = is_xyzw ? Quaterniond(q[3], q[0], q[1], q[2])
+                                       : Quaterniond(q[0], q[1], q[2], q[3]);
+  const double norm = rotation.norm();
   if (!(std::abs(norm - 1) <= kRobotNormTolerance)) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "%s: line %d, columns %d to %d: expected a unit quaternion (norm 1 +- "
@@ -170,10 +172,7 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
         source, line, kQuaternion + 1, kRootColumns, kRobotNormTolerance,
         norm));
   }
-  const int w = is_xyzw ? 3 : 0;
-  const int x = is_xyzw ? 0 : 1;
-  return Quaterniond(q[w] / norm, q[x] / norm, q[x + 1] / norm,
-                     q[x + 2] / norm);
+  return rotation.normalized();
 }
 
 absl::Status CheckRange(const std::vector<double>& row, int line,
