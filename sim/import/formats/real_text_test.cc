@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/import/formats/asf_amc.h"
