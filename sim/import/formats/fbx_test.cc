@@ -57,8 +57,7 @@ Difference Compare(const SourceClip& clip, const MadeFbx& made,
   Difference difference;
   for (size_t frame = 0; frame < made.world.size(); ++frame) {
     const SourcePose& pose = clip.poses[frame];
-    const auto positions =
-        WorldPositions(clip.skeleton, pose.root_position, pose.rotation);
+    const auto positions = WorldPositions(clip.skeleton, pose);
     const auto rotations = WorldRotations(clip.skeleton, pose.rotation);
     for (size_t i = 0; i < made.joints.size(); ++i) {
       const int joint = clip.skeleton.Find(made.joints[i]);

@@ -3,18 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/character.h"
 #include "sim/import/formats/robot_csv.h"
 #include "sim/import/formats/robot_layout.h"
+#include "sim/import/formats/testing/recordings.h"
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
@@ -128,20 +127,15 @@ TEST(QuaternionOrder, NeedsAModelThatCanPlayTheClip) {
 }
 
 TEST(QuaternionOrder, IsConcludedForEveryRealRecording) {
-  const char* data = std::getenv("SINEW_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SINEW_DATA is not set";
   int read = 0;
   double least_margin = 1e9;
   std::string least;
   for (const char* place :
        {"motions/g1_moves/csv", "motions/asap/g1_csv_converted"}) {
-    const std::string folder = JoinPath(data, place);
-    const auto names = ListDirectory(folder);
-    ASSERT_THAT(names, IsOk());
-    for (const std::string& name : *names) {
-      const auto text = ReadFile(JoinPath(folder, name));
-      ASSERT_THAT(text, IsOk());
-      const auto clip = ParseRobotCsv(*text, name, name, {}, Layouts());
+    const auto recordings = testing::Recordings(place, ".csv");
+    if (recordings.empty()) GTEST_SKIP() << "SINEW_DATA is not set";
+    for (const auto& [name, text] : recordings) {
+      const auto clip = ParseRobotCsv(text, name, name, {}, Layouts());
       ASSERT_THAT(clip, IsOk());
       const auto conclusion = CompareQuaternionOrders(*clip, *G1().model());
       ASSERT_THAT(conclusion, IsOk());

@@ -112,6 +112,8 @@ std::vector<Eigen::Quaterniond> WorldRotations(
 std::vector<Eigen::Vector3d> WorldPositions(
     const SourceSkeleton& skeleton, const Eigen::Vector3d& root_position,
     const std::vector<Eigen::Quaterniond>& rotation);
+std::vector<Eigen::Vector3d> WorldPositions(const SourceSkeleton& skeleton,
+                                            const SourcePose& pose);
 
 }  // namespace sinew::import
 
