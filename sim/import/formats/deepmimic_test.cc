@@ -17,9 +17,7 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
-using ::sinew::testing::StatusIs;
 using testing::BadFile;
-using ::testing::HasSubstr;
 
 // A frame of the rest pose at a height of 0.9 m that lasts `seconds`.
 std::vector<std::string> Row(double seconds) {
