@@ -91,11 +91,8 @@ class Parser {
       }
     }
     const size_t joints = asf_.skeleton.joints.size();
-    if ((poses_.size() + 1) * joints > max_rotations_) {
-      return absl::ResourceExhaustedError(absl::StrCat(
-          source_, ": expected at most ", max_rotations_,
-          " joints times frames in a file of its size, found more"));
-    }
+    SINEW_RETURN_IF_ERROR(
+        CheckRotations(joints, poses_.size() + 1, max_rotations_, source_));
     frame_ = number;
     SourcePose pose;
     pose.root_position = asf_.root_position;
@@ -196,11 +193,7 @@ absl::StatusOr<SourceClip> ParseAmc(absl::string_view bytes,
                                     absl::string_view source,
                                     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kAmcMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kAmcMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kAmcMaxBytes, source));
   Parser parser(bytes, asf, source);
   SourceClip clip;
   SINEW_ASSIGN_OR_RETURN(clip.poses, parser.Parse());

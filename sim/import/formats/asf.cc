@@ -134,11 +134,7 @@ class Builder {
 
 absl::StatusOr<AsfSkeleton> ParseAsf(absl::string_view bytes,
                                      absl::string_view source) {
-  if (static_cast<int64_t>(bytes.size()) > kAsfMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kAsfMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kAsfMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(AsfText text, ReadAsfText(bytes, source));
   Builder builder(text, source);
   SINEW_RETURN_IF_ERROR(builder.Connect());

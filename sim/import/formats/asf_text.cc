@@ -1,6 +1,7 @@
 #include "sim/import/formats/asf_text.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -16,6 +17,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr size_t kMaxBones = 2000;
+
+std::span<double, 3> Numbers(Vector3d& vector) {
+  return std::span<double, 3>(vector.data(), 3);
+}
 
 class Parser {
  public:
@@ -66,9 +71,11 @@ class Parser {
     return LineError(source_, lines_.number(), value.status().message());
   }
 
-  absl::Status ReadVector(absl::string_view rest, Vector3d& vector) {
-    for (int i = 0; i < 3; ++i) {
-      SINEW_ASSIGN_OR_RETURN(vector[i], Number(&rest));
+  // Takes three numbers off the front of `rest`.
+  absl::Status ReadVector(absl::string_view* rest,
+                          std::span<double, 3> vector) {
+    for (double& value : vector) {
+      SINEW_ASSIGN_OR_RETURN(value, Number(rest));
     }
     return absl::OkStatus();
   }
@@ -134,12 +141,10 @@ class Parser {
     AsfTextBone& root = text_.bones[0];
     if (key == "order") return ReadChannels(rest, true, root.channels);
     if (key == "axis") return ReadOrder(TakeWord(&rest), root.axis);
-    if (key == "position") return ReadVector(rest, text_.root_position);
-    if (key == "orientation") {
-      for (double& value : root.axis.value) {
-        SINEW_ASSIGN_OR_RETURN(value, Number(&rest));
-      }
+    if (key == "position") {
+      return ReadVector(&rest, Numbers(text_.root_position));
     }
+    if (key == "orientation") return ReadVector(&rest, root.axis.value);
     return absl::OkStatus();
   }
 
@@ -163,14 +168,12 @@ class Parser {
       }
       bone.name = *std::move(name);
     } else if (key == "direction") {
-      return ReadVector(rest, bone.direction);
+      return ReadVector(&rest, Numbers(bone.direction));
     } else if (key == "length") {
       SINEW_ASSIGN_OR_RETURN(bone.length, Number(&rest));
       if (bone.length < 0) return Error("a length >= 0", lines_.text());
     } else if (key == "axis") {
-      for (double& value : bone.axis.value) {
-        SINEW_ASSIGN_OR_RETURN(value, Number(&rest));
-      }
+      SINEW_RETURN_IF_ERROR(ReadVector(&rest, bone.axis.value));
       const absl::string_view order = TakeWord(&rest);
       return order.empty() ? absl::OkStatus() : ReadOrder(order, bone.axis);
     } else if (key == "dof") {

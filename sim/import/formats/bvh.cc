@@ -96,11 +96,7 @@ absl::StatusOr<SourceClip> ParseBvh(absl::string_view bytes,
                                     absl::string_view source,
                                     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kBvhMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kBvhMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kBvhMaxBytes, source));
   TextLines lines(bytes);
   SINEW_ASSIGN_OR_RETURN(BvhHierarchy hierarchy,
                          ReadBvhHierarchy(lines, source));

@@ -136,11 +136,8 @@ absl::StatusOr<BvhMotion> ReadBvhMotion(TextLines& lines,
     if (static_cast<int64_t>(frame) == count) {
       return CountError(source, lines.number(), count, "more");
     }
-    if ((frame + 1) * hierarchy.joints.size() > max_rotations) {
-      return absl::ResourceExhaustedError(absl::StrCat(
-          source, ": expected at most ", max_rotations,
-          " joints times frames in a file of its size, found more"));
-    }
+    SINEW_RETURN_IF_ERROR(CheckRotations(hierarchy.joints.size(), frame + 1,
+                                         max_rotations, source));
     SINEW_RETURN_IF_ERROR(ReadRow(lines, frame, source, row));
     AddPose(hierarchy, row, motion);
   }

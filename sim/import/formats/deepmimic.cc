@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/formats/deepmimic_json.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -95,14 +96,6 @@ absl::Status CheckRow(const std::vector<double>& row, size_t frame,
                       absl::StrCat("expected ", kDeepMimicColumns,
                                    " columns, found ", row.size()));
   }
-  for (size_t column = 0; column < row.size(); ++column) {
-    if (!std::isfinite(row[column])) {
-      return FrameError(
-          source, frame,
-          absl::StrCat("column ", column, ": expected a finite number, found ",
-                       row[column]));
-    }
-  }
   if (row[0] < 0 || (row[0] == 0 && !is_last)) {
     return FrameError(
         source, frame,
@@ -151,11 +144,7 @@ const SourceSkeleton& DeepMimicSkeleton() {
 absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
                                           absl::string_view name,
                                           absl::string_view source) {
-  if (static_cast<int64_t>(json.size()) > kDeepMimicMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kDeepMimicMaxBytes,
-                     " bytes, found ", json.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(json, kDeepMimicMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(DeepMimicFile file, ReadDeepMimicJson(json, source));
   if (file.frames.size() < 2) {
     return absl::InvalidArgumentError(
@@ -189,9 +178,9 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
   clip.facts.set_duration_s(clip.duration());
   clip.facts.set_metres_per_unit(1);
   clip.facts.set_up_axis("y");
-  if (clip.duration() > kDeepMimicMaxSeconds) {
+  if (clip.duration() > kMaxClipSeconds) {
     return absl::InvalidArgumentError(
-        absl::StrCat(source, ": expected at most ", kDeepMimicMaxSeconds,
+        absl::StrCat(source, ": expected at most ", kMaxClipSeconds,
                      " seconds, found ", clip.duration()));
   }
   return clip;

@@ -25,8 +25,6 @@ inline constexpr int kDeepMimicColumns = 44;
 inline constexpr double kDeepMimicNormTolerance = 0.5;
 // Larger input is refused.
 inline constexpr int64_t kDeepMimicMaxBytes = int64_t{256} << 20;
-// Longest clip, seconds.
-inline constexpr double kDeepMimicMaxSeconds = 4 * 3600;
 
 // Skeleton of the format, 15 joints with the end of each hand.
 const SourceSkeleton& DeepMimicSkeleton();

@@ -17,6 +17,7 @@
 #include "sim/import/formats/fbx_reader_protocol.h"
 #include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/source_clip_proto.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -67,11 +68,7 @@ absl::StatusOr<SourceClip> ParseFbx(absl::string_view bytes,
                                     absl::string_view source,
                                     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kFbxMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kFbxMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kFbxMaxBytes, source));
   if (!LooksLikeFbx(bytes)) {
     return absl::InvalidArgumentError(
         absl::StrCat(source, ": expected an FBX file, found neither \"Kaydara ",

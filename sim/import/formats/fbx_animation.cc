@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <span>
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -28,15 +27,15 @@ absl::Status Error(absl::string_view source, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat(source, ": ", what));
 }
 
-std::string Quoted(absl::string_view name) {
-  return absl::StrCat("\"", absl::CHexEscape(name.substr(0, 60)), "\"");
-}
-
 Affine3d ToEigen(const aiMatrix4x4& m) {
   Affine3d transform;
   transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1,
       m.c2, m.c3, m.c4, 0, 0, 0, 1;
   return transform;
+}
+
+Quaterniond ToEigen(const aiQuaternion& q) {
+  return Quaterniond(q.w, q.x, q.y, q.z);
 }
 
 bool IsGood(const Affine3d& transform) {
@@ -47,16 +46,14 @@ Vector3d Value(const aiVectorKey& key) {
   return {key.mValue.x, key.mValue.y, key.mValue.z};
 }
 Quaterniond Value(const aiQuatKey& key) {
-  return Quaterniond(key.mValue.w, key.mValue.x, key.mValue.y, key.mValue.z)
-      .normalized();
+  return ToEigen(key.mValue).normalized();
 }
 
 bool IsGood(const aiVectorKey& key) {
   return (Value(key).array().abs() <= kMaxNumber).all();
 }
 bool IsGood(const aiQuatKey& key) {
-  const aiQuaternion& q = key.mValue;
-  const double norm = std::hypot(std::hypot(q.x, q.y, q.z), q.w);
+  const double norm = ToEigen(key.mValue).norm();
   return norm > 1e-3 && norm < 1e3;
 }
 
@@ -169,9 +166,13 @@ absl::StatusOr<FbxAnimation> FbxAnimation::Create(
   }
   FbxAnimation animation;
   SINEW_RETURN_IF_ERROR(animation.AddNodes(scene, source));
+  NodesByName by_name;
+  for (size_t i = 0; i < animation.nodes_.size(); ++i) {
+    by_name.emplace(animation.nodes_[i].name, static_cast<int>(i));
+  }
   SINEW_RETURN_IF_ERROR(
-      animation.AddChannels(*scene.mAnimations[chosen], source));
-  animation.AddBinds(scene);
+      animation.AddChannels(*scene.mAnimations[chosen], by_name, source));
+  animation.AddBinds(scene, by_name);
   animation.FindReplacedPivots();
   return animation;
 }
@@ -215,11 +216,8 @@ absl::Status FbxAnimation::AddNodes(const aiScene& scene,
 }
 
 absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
+                                       const NodesByName& by_name,
                                        absl::string_view source) {
-  std::map<absl::string_view, int> by_name;
-  for (size_t i = 0; i < nodes_.size(); ++i) {
-    by_name.emplace(nodes_[i].name, static_cast<int>(i));
-  }
   if (animation.mTicksPerSecond > 0) {
     ticks_per_second_ = animation.mTicksPerSecond;
   }
@@ -256,12 +254,8 @@ absl::Status FbxAnimation::AddChannels(const aiAnimation& animation,
   return absl::OkStatus();
 }
 
-void FbxAnimation::AddBinds(const aiScene& scene) {
+void FbxAnimation::AddBinds(const aiScene& scene, const NodesByName& by_name) {
   const std::vector<Affine3d> still = Still();
-  std::map<absl::string_view, int> by_name;
-  for (size_t i = 0; i < nodes_.size(); ++i) {
-    by_name.emplace(nodes_[i].name, static_cast<int>(i));
-  }
   struct Entry {
     const aiNode* node;
     Affine3d world;

@@ -4,6 +4,7 @@
 #include <assimp/scene.h>
 
 #include <Eigen/Geometry>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,11 +55,15 @@ class FbxAnimation {
   std::vector<Eigen::Affine3d> At(double seconds) const;
 
  private:
+  // Indices into nodes_; of several nodes of a name, the first.
+  using NodesByName = std::map<absl::string_view, int>;
+
   FbxAnimation() = default;
   absl::Status AddNodes(const aiScene& scene, absl::string_view source);
   absl::Status AddChannels(const aiAnimation& animation,
+                           const NodesByName& by_name,
                            absl::string_view source);
-  void AddBinds(const aiScene& scene);
+  void AddBinds(const aiScene& scene, const NodesByName& by_name);
   void FindReplacedPivots();
 
   std::vector<FbxNode> nodes_;

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cmath>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -25,6 +24,7 @@
 #include "sim/import/formats/fbx_limits.h"
 #include "sim/import/formats/fbx_skeleton.h"
 #include "sim/import/formats/file_frame.h"
+#include "sim/import/formats/text_lines.h"
 #include "sim/import/formats/unique_names.h"
 
 namespace sinew::import {
@@ -148,8 +148,7 @@ std::vector<Affine3d> RestPose(const FbxAnimation& animation,
 absl::Status JointError(absl::string_view source, const SourceJoint& joint,
                         absl::string_view what) {
   return absl::InvalidArgumentError(
-      absl::StrCat(source, ": joint \"",
-                   absl::CHexEscape(joint.name.substr(0, 60)), "\": ", what));
+      absl::StrCat(source, ": joint ", Quoted(joint.name), ": ", what));
 }
 
 // Builds the clip in the file's axes and units.
@@ -205,9 +204,9 @@ class ClipBuilder {
       joints[joints[i].parent].is_end = false;
       if (stretch_[i] <= kStretch) continue;
       clip_->warnings.push_back(absl::StrFormat(
-          "joint \"%s\" moves along its parent by up to %.0f %% of their "
+          "joint %s moves along its parent by up to %.0f %% of their "
           "distance; it is read as fixed",
-          absl::CHexEscape(joints[i].name.substr(0, 60)), 100 * stretch_[i]));
+          Quoted(joints[i].name), 100 * stretch_[i]));
     }
   }
 

@@ -1,7 +1,5 @@
 #include "sim/import/formats/fbx_skeleton.h"
 
-#include <algorithm>
-
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 

@@ -57,8 +57,7 @@ Difference Compare(const SourceClip& clip, const MadeFbx& made,
   Difference difference;
   for (size_t frame = 0; frame < made.world.size(); ++frame) {
     const SourcePose& pose = clip.poses[frame];
-    const auto positions =
-        WorldPositions(clip.skeleton, pose.root_position, pose.rotation);
+    const auto positions = WorldPositions(clip.skeleton, pose);
     const auto rotations = WorldRotations(clip.skeleton, pose.rotation);
     for (size_t i = 0; i < made.joints.size(); ++i) {
       const int joint = clip.skeleton.Find(made.joints[i]);
@@ -256,7 +255,7 @@ TEST(Fbx, DamagedFilesAreErrorsOrClipsWhateverTheLibraryDoes) {
     ++(absl::StrContains(clip.status().message(), "library fails") ? crashed
                                                                    : refused);
   }
-  EXPECT_EQ(clips + refused + crashed, kFiles);
+  EXPECT_GT(refused + crashed, 0);
   RecordProperty("clips", clips);
   RecordProperty("refused", refused);
   RecordProperty("crashed", crashed);

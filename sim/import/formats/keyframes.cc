@@ -16,6 +16,7 @@
 #include "common/status_macros.h"
 #include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/mjcf_joints.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -43,10 +44,9 @@ struct KeyFile {
 absl::Status KeyError(const KeyFile& file, size_t key,
                       absl::string_view attribute, absl::string_view what) {
   const char* name = file.keys[key]->Attribute("name");
-  return absl::InvalidArgumentError(absl::StrCat(
-      file.source, ": key ", key, " (\"",
-      absl::CHexEscape(absl::string_view(name ? name : "").substr(0, 60)),
-      "\"): ", attribute, ": ", what));
+  return absl::InvalidArgumentError(absl::StrCat(file.source, ": key ", key,
+                                                 " (", Quoted(name ? name : ""),
+                                                 "): ", attribute, ": ", what));
 }
 
 absl::Status FindKeys(const XMLElement& mujoco, KeyFile* file) {
@@ -67,11 +67,7 @@ absl::StatusOr<std::unique_ptr<KeyFile>> ReadKeyFile(
     absl::string_view bytes, absl::string_view source,
     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kKeyframesMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kKeyframesMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kKeyframesMaxBytes, source));
   auto file = std::make_unique<KeyFile>();
   file->source = std::string(source);
   tinyxml2::XMLDocument& document = file->document;
@@ -104,10 +100,9 @@ absl::StatusOr<std::vector<double>> ReadNumbers(const KeyFile& file, size_t key,
                       absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty())) {
     double value;
     if (!absl::SimpleAtod(word, &value) || !(std::abs(value) <= kMaxNumber)) {
-      return KeyError(
-          file, key, attribute,
-          absl::StrFormat("expected numbers within +-%g, found \"%s\"",
-                          kMaxNumber, absl::CHexEscape(word.substr(0, 40))));
+      return KeyError(file, key, attribute,
+                      absl::StrFormat("expected numbers within +-%g, found %s",
+                                      kMaxNumber, Quoted(word)));
     }
     numbers.push_back(value);
   }
@@ -204,17 +199,16 @@ absl::StatusOr<RobotPose> ReadPose(const KeyFile& file, size_t key) {
   }
   RobotPose pose;
   pose.root_position = Vector3d(qpos[0], qpos[1], qpos[2]);
-  const double norm =
-      std::hypot(std::hypot(qpos[3], qpos[4], qpos[5]), qpos[6]);
-  if (!(std::abs(norm - 1) <= kKeyNormTolerance)) {
+  const Eigen::Quaterniond rotation(qpos[3], qpos[4], qpos[5], qpos[6]);
+  const double norm = rotation.norm();
+  if (!(std::abs(norm - 1) <= kRobotNormTolerance)) {
     return KeyError(
         file, key, "qpos",
         absl::StrFormat("numbers 3 to 6: expected a unit quaternion (norm 1 "
                         "+- %g), found norm %g",
-                        kKeyNormTolerance, norm));
+                        kRobotNormTolerance, norm));
   }
-  pose.root_rotation = Eigen::Quaterniond(qpos[3] / norm, qpos[4] / norm,
-                                          qpos[5] / norm, qpos[6] / norm);
+  pose.root_rotation = rotation.normalized();
   pose.joints = Eigen::Map<const Eigen::VectorXd>(qpos.data() + kRootNumbers,
                                                   qpos.size() - kRootNumbers);
   return pose;

@@ -20,8 +20,6 @@ namespace sinew::import {
 // else kDefaultKeyRate, which is then "concluded" in the facts.
 
 inline constexpr double kDefaultKeyRate = 30;
-// A quaternion may be this far from unit length; it is normalised.
-inline constexpr double kKeyNormTolerance = 0.01;
 // Larger files are refused.
 inline constexpr int64_t kKeyframesMaxBytes = int64_t{128} << 20;
 
@@ -40,7 +38,8 @@ absl::StatusOr<RobotClip> ParseKeyframes(absl::string_view bytes,
                                          const ReadOptions& options);
 
 // Positions of markers on a body: no clip, since nothing says how the body is
-// turned, but something to hold a retargeted clip against.
+// turned. No motion is imported from them, and only tests read them: they are
+// recordings to measure retargeted clips of the same motions against.
 struct MarkerClip {
   std::string name;
   std::vector<std::string> markers;

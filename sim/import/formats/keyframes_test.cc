@@ -4,15 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "sim/import/formats/testing/bad_file.h"
 #include "sim/import/formats/testing/check_clip.h"
+#include "sim/import/formats/testing/recordings.h"
 
 namespace sinew::import {
 namespace {
@@ -20,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
-using ::testing::AllOf;
+using testing::BadFile;
 using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -106,18 +105,11 @@ TEST(Keyframes, OfMarkersAreNamedAfterTheModelsMocapBodies) {
   EXPECT_EQ(clip->times.size(), 2u);
 }
 
-struct BadFile {
-  std::string text;
-  std::string expected;
-};
-
 class KeyframesError : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(KeyframesError, NamesFileKeyExpectedAndFound) {
   EXPECT_THAT(Parse(GetParam().text),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("dir/jump.xml: "),
-                             HasSubstr(GetParam().expected))));
+              testing::IsRefused("dir/jump.xml: ", GetParam().expected));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -201,21 +193,14 @@ TEST(Keyframes, AnyTruncationIsAnErrorAndNotACrash) {
 }
 
 TEST(Keyframes, ReadsTheMarkersOfRealFiles) {
-  const char* data = std::getenv("SINEW_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SINEW_DATA is not set";
-  const std::string folder = JoinPath(data, "motions/mjpc_cmu_keyframes");
-  const auto names = ListDirectory(folder);
-  ASSERT_THAT(names, IsOk());
-  int read = 0;
-  for (const std::string& name : *names) {
-    if (!absl::EndsWith(name, ".xml")) continue;
-    const auto text = ReadFile(JoinPath(folder, name));
-    ASSERT_THAT(text, IsOk());
-    EXPECT_THAT(Parse(*text), StatusIs(absl::StatusCode::kInvalidArgument,
-                                       HasSubstr("qpos: expected")));
-    const auto clip = ParseMarkerKeyframes(*text, name, name, {});
+  const auto recordings =
+      testing::Recordings("motions/mjpc_cmu_keyframes", ".xml");
+  if (recordings.empty()) GTEST_SKIP() << "SINEW_DATA is not set";
+  for (const auto& [name, text] : recordings) {
+    EXPECT_THAT(Parse(text), StatusIs(absl::StatusCode::kInvalidArgument,
+                                      HasSubstr("qpos: expected")));
+    const auto clip = ParseMarkerKeyframes(text, name, name, {});
     ASSERT_THAT(clip, IsOk());
-    ++read;
     ASSERT_EQ(clip->markers.size(), 16u) << name;
     EXPECT_EQ(clip->markers[0], "pelvis");
     // Which marker is which: the head is above the pelvis, the hips a body's
@@ -233,7 +218,7 @@ TEST(Keyframes, ReadsTheMarkersOfRealFiles) {
       EXPECT_NEAR(thigh, 0.39, 0.08) << name;
     }
   }
-  EXPECT_EQ(read, 10);
+  EXPECT_EQ(recordings.size(), 10u);
 }
 
 }  // namespace

@@ -4,12 +4,12 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -46,9 +46,9 @@ class DictionaryReader {
 
  private:
   absl::Status Error(absl::string_view expected) const {
-    return absl::InvalidArgumentError(absl::StrCat(
-        source_, ": header of the array: expected ", expected, ", found \"",
-        absl::CHexEscape(rest_.substr(0, 40)), "\""));
+    return absl::InvalidArgumentError(
+        absl::StrCat(source_, ": header of the array: expected ", expected,
+                     ", found ", Quoted(rest_)));
   }
 
   void SkipSpace() { rest_ = absl::StripLeadingAsciiWhitespace(rest_); }
@@ -102,7 +102,7 @@ class DictionaryReader {
     const auto wrong = [&](absl::string_view what) {
       return absl::InvalidArgumentError(absl::StrCat(
           source_, ": expected an array of real numbers or text, found ", what,
-          "type \"", absl::CHexEscape(type), "\""));
+          "type ", Quoted(type)));
     };
     if (absl::EndsWith(type, "O")) {
       return wrong("pickled Python objects, ");
@@ -203,9 +203,8 @@ absl::StatusOr<NpyHeader> ParseNpyHeader(absl::string_view bytes,
   };
   if (bytes.size() < kMagicBytes + 4 ||
       bytes.substr(0, kMagicBytes) != absl::string_view(kMagic, kMagicBytes)) {
-    return error(absl::StrCat("bytes that begin with \"",
-                              absl::CHexEscape(bytes.substr(0, kMagicBytes)),
-                              "\""));
+    return error(absl::StrCat("bytes that begin with ",
+                              Quoted(bytes.substr(0, kMagicBytes))));
   }
   const int version = bytes[kMagicBytes];
   if (version < 1 || version > 3) {

@@ -6,18 +6,17 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "common/status_macros.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
 
-constexpr size_t kMaxShown = 40;  // characters of the text in a message
 constexpr size_t kMaxLine = 64 << 10;
 
 using Cells = std::vector<absl::string_view>;
@@ -74,8 +73,7 @@ absl::StatusOr<std::vector<double>> ReadRow(const Cells& cells,
     if (!absl::SimpleAtod(cells[i], &value) || !std::isfinite(value)) {
       return absl::InvalidArgumentError(
           absl::StrCat(source, ": line ", line, ", column ", i + 1,
-                       ": expected a finite number, found \"",
-                       absl::CHexEscape(cells[i].substr(0, kMaxShown)), "\""));
+                       ": expected a finite number, found ", Quoted(cells[i])));
     }
     row.push_back(value);
   }

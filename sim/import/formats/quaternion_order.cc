@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -135,6 +134,14 @@ OrderEvidence Weigh(const RobotClip& clip, const std::string& order,
   return evidence;
 }
 
+// Reads the rotations of a clip whose order was unknown in that order.
+void SetQuaternionOrder(const std::string& order, RobotClip* clip) {
+  for (RobotPose& pose : clip->poses) {
+    pose.root_rotation = Reorder(pose.root_rotation, order);
+  }
+  clip->facts.set_quaternion_order(order);
+}
+
 }  // namespace
 
 bool OrderConclusion::is_doubtful() const {
@@ -152,22 +159,6 @@ absl::StatusOr<OrderConclusion> CompareQuaternionOrders(const RobotClip& clip,
   conclusion.wxyz = Weigh(clip, kWxyz, addresses, model, data.get());
   conclusion.xyzw = Weigh(clip, kXyzw, addresses, model, data.get());
   return conclusion;
-}
-
-absl::StatusOr<std::string> ConcludeQuaternionOrder(const RobotClip& clip,
-                                                    const mjModel& model) {
-  SINEW_ASSIGN_OR_RETURN(const OrderConclusion conclusion,
-                         CompareQuaternionOrders(clip, model));
-  return conclusion.order();
-}
-
-void SetQuaternionOrder(const std::string& order, RobotClip* clip) {
-  SINEW_CHECK(clip->facts.quaternion_order().empty() &&
-              (order == kWxyz || order == kXyzw));
-  for (RobotPose& pose : clip->poses) {
-    pose.root_rotation = Reorder(pose.root_rotation, order);
-  }
-  clip->facts.set_quaternion_order(order);
 }
 
 absl::Status SettleQuaternionOrder(const mjModel& model, RobotClip* clip) {

@@ -50,16 +50,9 @@ struct OrderConclusion {
 absl::StatusOr<OrderConclusion> CompareQuaternionOrders(const RobotClip& clip,
                                                         const mjModel& model);
 
-// "wxyz" or "xyzw", whichever CompareQuaternionOrders favours.
-absl::StatusOr<std::string> ConcludeQuaternionOrder(const RobotClip& clip,
-                                                    const mjModel& model);
-
-// Reads the rotations of a clip whose facts.quaternion_order is unset in that
-// order: "wxyz" or "xyzw", which facts.quaternion_order then says.
-void SetQuaternionOrder(const std::string& order, RobotClip* clip);
-
-// Where facts.quaternion_order is unset: concludes it, sets it, and says so in
-// facts.concluded and, if doubtful, in the warnings.
+// Where facts.quaternion_order is unset: takes the order that
+// CompareQuaternionOrders favours, reads the rotations in it, and says so in
+// the facts, as "concluded", and, if doubtful, in the warnings.
 absl::Status SettleQuaternionOrder(const mjModel& model, RobotClip* clip);
 
 }  // namespace sinew::import

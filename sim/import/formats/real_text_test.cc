@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/import/formats/asf_amc.h"
@@ -205,10 +204,8 @@ constexpr std::pair<const char*, const char*> kLegs[] = {
 double LegDistance(const SourceClip& bvh, const SourceClip& amc) {
   double largest = 0;
   for (size_t i = 0; i < std::min(bvh.poses.size(), amc.poses.size()); ++i) {
-    const std::vector<Vector3d> a = WorldPositions(
-        bvh.skeleton, bvh.poses[i].root_position, bvh.poses[i].rotation);
-    const std::vector<Vector3d> b = WorldPositions(
-        amc.skeleton, amc.poses[i].root_position, amc.poses[i].rotation);
+    const std::vector<Vector3d> a = WorldPositions(bvh.skeleton, bvh.poses[i]);
+    const std::vector<Vector3d> b = WorldPositions(amc.skeleton, amc.poses[i]);
     for (const auto& [in_bvh, in_asf] : kLegs) {
       largest = std::max(
           largest,

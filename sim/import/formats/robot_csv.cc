@@ -1,6 +1,5 @@
 #include "sim/import/formats/robot_csv.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -9,7 +8,6 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
@@ -17,6 +15,7 @@
 #include "common/status_macros.h"
 #include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/number_table.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
@@ -117,10 +116,8 @@ absl::StatusOr<Columns> ColumnsByName(
     }
   }
   if (columns.map.empty() && !unknown.empty()) {
-    return ColumnsError(
-        source, layouts,
-        absl::StrCat("a column \"", absl::CHexEscape(unknown.substr(0, 60)),
-                     "\""));
+    return ColumnsError(source, layouts,
+                        absl::StrCat("a column ", Quoted(unknown)));
   }
   const std::set<std::string> once(columns.joints.begin(),
                                    columns.joints.end());
@@ -165,7 +162,9 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
                                            bool is_xyzw, int line,
                                            absl::string_view source) {
   const double* q = &row[kQuaternion];
-  const double norm = std::hypot(std::hypot(q[0], q[1], q[2]), q[3]);
+  const Quaterniond rotation = is_xyzw ? Quaterniond(q[3], q[0], q[1], q[2])
+                                       : Quaterniond(q[0], q[1], q[2], q[3]);
+  const double norm = rotation.norm();
   if (!(std::abs(norm - 1) <= kRobotNormTolerance)) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "%s: line %d, columns %d to %d: expected a unit quaternion (norm 1 +- "
@@ -173,10 +172,7 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
         source, line, kQuaternion + 1, kRootColumns, kRobotNormTolerance,
         norm));
   }
-  const int w = is_xyzw ? 3 : 0;
-  const int x = is_xyzw ? 0 : 1;
-  return Quaterniond(q[w] / norm, q[x] / norm, q[x + 1] / norm,
-                     q[x + 2] / norm);
+  return rotation.normalized();
 }
 
 absl::Status CheckRange(const std::vector<double>& row, int line,
@@ -231,11 +227,7 @@ absl::StatusOr<RobotClip> ParseRobotCsv(
     absl::string_view bytes, absl::string_view name, absl::string_view source,
     const ReadOptions& options, const std::vector<v1::RobotLayout>& layouts) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kRobotCsvMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kRobotCsvMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kRobotCsvMaxBytes, source));
   if (options.up_axis.value_or('z') != 'z') {
     return absl::InvalidArgumentError(
         absl::StrCat(source, ": up_axis: expected z for a robot, found ",

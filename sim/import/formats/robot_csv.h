@@ -29,8 +29,6 @@ namespace sinew::import {
 // SettleQuaternionOrder (quaternion_order.h) says otherwise.
 
 inline constexpr double kDefaultRobotRate = 30;
-// A quaternion may be this far from unit length; it is normalised.
-inline constexpr double kRobotNormTolerance = 0.01;
 // Larger files are refused.
 inline constexpr int64_t kRobotCsvMaxBytes = int64_t{256} << 20;
 

@@ -3,17 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/import/formats/robot_layout.h"
+#include "sim/import/formats/testing/bad_file.h"
 #include "sim/import/formats/testing/check_clip.h"
+#include "sim/import/formats/testing/recordings.h"
 
 namespace sinew::import {
 namespace {
@@ -21,6 +21,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::BadFile;
 using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -132,18 +133,11 @@ TEST(RobotCsv, NamesThatMeanNothingLeaveTheOrderOfTheLayout) {
               ::testing::Contains(HasSubstr("names no joint that is known")));
 }
 
-struct BadFile {
-  std::string text;
-  std::string expected;
-};
-
 class RobotCsvError : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(RobotCsvError, NamesFileLineExpectedAndFound) {
   EXPECT_THAT(Parse(GetParam().text),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("dir/step.csv: "),
-                             HasSubstr(GetParam().expected))));
+              testing::IsRefused("dir/step.csv: ", GetParam().expected));
 }
 
 constexpr char kRow[] = "0,0,1,1,0,0,0,0,0\n";
@@ -234,21 +228,16 @@ TEST(RobotLayouts, ErrorsNameFieldExpectedAndFound) {
 }
 
 TEST(RobotCsv, ReadsEveryRealRecording) {
-  const char* data = std::getenv("SINEW_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SINEW_DATA is not set";
   const auto layouts = KnownRobotLayouts();
   ASSERT_THAT(layouts, IsOk());
   int read = 0;
   for (const char* place :
        {"motions/g1_moves/csv", "motions/asap/g1_csv_converted"}) {
     const bool is_asap = absl::StrContains(place, "asap");
-    const std::string folder = JoinPath(data, place);
-    const auto names = ListDirectory(folder);
-    ASSERT_THAT(names, IsOk());
-    for (const std::string& name : *names) {
-      const auto text = ReadFile(JoinPath(folder, name));
-      ASSERT_THAT(text, IsOk());
-      const auto clip = ParseRobotCsv(*text, name, name, {}, *layouts);
+    const auto recordings = testing::Recordings(place, ".csv");
+    if (recordings.empty()) GTEST_SKIP() << "SINEW_DATA is not set";
+    for (const auto& [name, text] : recordings) {
+      const auto clip = ParseRobotCsv(text, name, name, {}, *layouts);
       ASSERT_THAT(clip, IsOk());
       CheckClip(*clip);
       EXPECT_EQ(clip->facts.map(), is_asap ? "g1_23dof" : "g1_29dof");

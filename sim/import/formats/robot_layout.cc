@@ -1,6 +1,8 @@
 #include "sim/import/formats/robot_layout.h"
 
 #include <set>
+#include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -65,18 +67,15 @@ absl::StatusOr<v1::RobotLayout> ParseRobotLayout(absl::string_view text,
   return layout;
 }
 
-absl::StatusOr<v1::RobotLayout> LoadRobotLayout(const std::string& path) {
-  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMaxBytes));
-  return ParseRobotLayout(text, path);
-}
-
 absl::StatusOr<std::vector<v1::RobotLayout>> KnownRobotLayouts() {
   std::vector<v1::RobotLayout> layouts;
   for (const char* name : kKnown) {
     SINEW_ASSIGN_OR_RETURN(const std::string path,
                            FindWorkspaceFile(absl::StrCat("sim/import/maps/",
                                                           name, ".textproto")));
-    SINEW_ASSIGN_OR_RETURN(v1::RobotLayout layout, LoadRobotLayout(path));
+    SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMaxBytes));
+    SINEW_ASSIGN_OR_RETURN(v1::RobotLayout layout,
+                           ParseRobotLayout(text, path));
     layouts.push_back(std::move(layout));
   }
   return layouts;

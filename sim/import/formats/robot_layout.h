@@ -1,7 +1,6 @@
 #ifndef SINEW_SIM_IMPORT_FORMATS_ROBOT_LAYOUT_H_
 #define SINEW_SIM_IMPORT_FORMATS_ROBOT_LAYOUT_H_
 
-#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -12,17 +11,14 @@ namespace sinew::import {
 
 // Layouts of robots' recordings: which column is which joint.
 //
-// Thread-safety: any thread. Blocking: LoadRobotLayout and KnownRobotLayouts
-// read files. Errors: below.
+// Thread-safety: any thread. Blocking: KnownRobotLayouts reads files. Errors:
+// below.
 
 // Reads a v1::RobotLayout in text format. INVALID_ARGUMENT naming `source` and
 // field, expected and found: syntax, a name other than [a-z0-9_]+, no joints,
 // more than 500, one without a name or twice, a frame rate that none can be.
 absl::StatusOr<v1::RobotLayout> ParseRobotLayout(absl::string_view text,
                                                  absl::string_view source);
-
-// The file at `path`.
-absl::StatusOr<v1::RobotLayout> LoadRobotLayout(const std::string& path);
 
 // The layouts that come with Sinew (sim/import/maps): g1_23dof, g1_29dof,
 // h1_2. NOT_FOUND: the program lies where its files do not (lists where was

@@ -125,31 +125,25 @@ class Table {
 
 absl::StatusOr<double> ReadRate(const NpzFile& file,
                                 const ReadOptions& options) {
-  double rate = 0;
-  std::string from = "frames per second as given";
-  if (options.frames_per_second.has_value()) {
-    rate = *options.frames_per_second;
-  } else {
-    const auto member = FindMember(
-        file, {"mocap_framerate", "mocap_frame_rate", "fps", "frame_rate"});
-    if (!member.has_value()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(file.Label("mocap_framerate"),
-                       ": expected the number of frames per second here, in "
-                       "mocap_frame_rate, fps or frame_rate, or given, found ",
-                       file.Names()));
-    }
-    SINEW_ASSIGN_OR_RETURN(const NpyArray array, file.ReadArray(*member));
-    if (array.header().is_text() || array.count() != 1) {
-      return MemberError(file, *member,
-                         absl::StrCat("expected one number, found ",
-                                      array.header().ToString()));
-    }
-    rate = array.Number(0);
-    from = *member;
+  if (options.frames_per_second.has_value()) return *options.frames_per_second;
+  const auto member = FindMember(
+      file, {"mocap_framerate", "mocap_frame_rate", "fps", "frame_rate"});
+  if (!member.has_value()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(file.Label("mocap_framerate"),
+                     ": expected the number of frames per second here, in "
+                     "mocap_frame_rate, fps or frame_rate, or given, found ",
+                     file.Names()));
   }
+  SINEW_ASSIGN_OR_RETURN(const NpyArray array, file.ReadArray(*member));
+  if (array.header().is_text() || array.count() != 1) {
+    return MemberError(
+        file, *member,
+        absl::StrCat("expected one number, found ", array.header().ToString()));
+  }
+  const double rate = array.Number(0);
   if (!(rate > 0 && rate <= kMaxFramesPerSecond)) {
-    return MemberError(file, from,
+    return MemberError(file, *member,
                        absl::StrFormat("expected more than 0 and at most %g "
                                        "frames per second, found %g",
                                        kMaxFramesPerSecond, rate));
@@ -213,12 +207,11 @@ absl::StatusOr<std::vector<Quaterniond>> ReadRotations(
   return rotations;
 }
 
-// Frames in the world of the file.
+// Frames in the world of the file, without times.
 absl::Status ReadFrames(const std::vector<Table>& poses, const Table& trans,
-                        double rate, double metres_per_unit, SourceClip* clip) {
+                        double metres_per_unit, SourceClip* clip) {
   for (int64_t row = 0; row < trans.rows(); ++row) {
     SourcePose pose;
-    pose.time = static_cast<double>(row) / rate;
     SINEW_ASSIGN_OR_RETURN(const Vector3d moved,
                            trans.Vector(row, 0, kMaxPosition));
     pose.root_position = moved * metres_per_unit + SmplPelvis();
@@ -273,11 +266,7 @@ absl::StatusOr<SourceClip> ParseSmplNpz(absl::string_view bytes,
                                         absl::string_view source,
                                         const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
-  if (static_cast<int64_t>(bytes.size()) > kSmplMaxBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(source, ": expected at most ", kSmplMaxBytes,
-                     " bytes, found ", bytes.size()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kSmplMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(const NpzFile file, NpzFile::Open(bytes, source));
   SINEW_ASSIGN_OR_RETURN(const double rate, ReadRate(file, options));
   SINEW_ASSIGN_OR_RETURN(const std::vector<Table> poses, ReadPoses(file, rate));
@@ -292,13 +281,12 @@ absl::StatusOr<SourceClip> ParseSmplNpz(absl::string_view bytes,
   clip.name = std::string(name);
   clip.skeleton = SmplSkeleton();
   const double metres_per_unit = options.metres_per_unit.value_or(1);
-  SINEW_RETURN_IF_ERROR(ReadFrames(poses, trans, rate, metres_per_unit, &clip));
+  SINEW_RETURN_IF_ERROR(ReadFrames(poses, trans, metres_per_unit, &clip));
+  SINEW_RETURN_IF_ERROR(SetTimes(rate, source, clip));
   WarnOfShape(file, &clip);
   const char up_axis = options.up_axis.value_or(ConcludeUpAxis(clip));
   TurnUp(up_axis, &clip);
   clip.facts.set_format("smpl_npz");
-  clip.facts.set_frames_per_second(rate);
-  clip.facts.set_duration_s(clip.duration());
   clip.facts.set_metres_per_unit(metres_per_unit);
   clip.facts.set_up_axis(std::string(1, up_axis));
   if (!options.up_axis.has_value() && up_axis != 'z') {

@@ -5,17 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/import/formats/smpl_skeleton.h"
+#include "sim/import/formats/testing/bad_file.h"
 #include "sim/import/formats/testing/check_clip.h"
 #include "sim/import/formats/testing/npz_writer.h"
+#include "sim/import/formats/testing/recordings.h"
 
 namespace sinew::import {
 namespace {
@@ -74,8 +73,7 @@ absl::StatusOr<SourceClip> Parse(const std::vector<NpzMember>& members,
 }
 
 std::vector<Vector3d> Positions(const SourceClip& clip, int frame) {
-  return WorldPositions(clip.skeleton, clip.poses[frame].root_position,
-                        clip.poses[frame].rotation);
+  return WorldPositions(clip.skeleton, clip.poses[frame]);
 }
 
 TEST(SmplNpz, ReadsABodyThatStandsInAWorldWithZUp) {
@@ -229,9 +227,7 @@ class SmplNpzError : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(SmplNpzError, NamesFileMemberExpectedAndFound) {
   EXPECT_THAT(Parse(GetParam().members),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("dir/walk.npz: "),
-                             HasSubstr(GetParam().expected))));
+              testing::IsRefused("dir/walk.npz: ", GetParam().expected));
 }
 
 std::vector<double> PosesWith(int at, double value) {
@@ -356,20 +352,13 @@ TEST(SmplNpz, AnyTruncationIsAnErrorAndNotACrash) {
 // Real files: estimated from videos, so that feet may be off the floor by some
 // centimetres, and more in flight.
 TEST(SmplNpz, RealBodiesStandUprightOnTheFloor) {
-  const char* data = std::getenv("SINEW_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SINEW_DATA is not set";
-  const std::string folder = JoinPath(data, "motions/asap/smpl_npz");
-  const auto names = ListDirectory(folder);
-  ASSERT_THAT(names, IsOk());
-  int read = 0;
+  const auto recordings = testing::Recordings("motions/asap/smpl_npz", ".npz");
+  if (recordings.empty()) GTEST_SKIP() << "SINEW_DATA is not set";
   double worst = 0;
-  for (const std::string& name : *names) {
-    const auto bytes = ReadFile(JoinPath(folder, name));
-    ASSERT_THAT(bytes, IsOk());
-    const auto clip = ParseSmplNpz(*bytes, name, name, {});
+  for (const auto& [name, bytes] : recordings) {
+    const auto clip = ParseSmplNpz(bytes, name, name, {});
     ASSERT_THAT(clip, IsOk());
     CheckClip(*clip);
-    ++read;
     EXPECT_EQ(clip->facts.up_axis(), "z") << name;
     EXPECT_EQ(clip->facts.frames_per_second(), 30) << name;
     std::vector<double> lowest;
@@ -390,7 +379,7 @@ TEST(SmplNpz, RealBodiesStandUprightOnTheFloor) {
     worst = std::max(worst, std::abs(median));
     EXPECT_GT(upright / static_cast<double>(clip->poses.size()), 0.7) << name;
   }
-  EXPECT_GE(read, 40);
+  EXPECT_GE(recordings.size(), 40u);
   RecordProperty("worst_median_height_m", absl::StrCat(worst));
 }
 

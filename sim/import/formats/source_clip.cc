@@ -32,4 +32,9 @@ std::vector<Eigen::Vector3d> WorldPositions(
   return position;
 }
 
+std::vector<Eigen::Vector3d> WorldPositions(const SourceSkeleton& skeleton,
+                                            const SourcePose& pose) {
+  return WorldPositions(skeleton, pose.root_position, pose.rotation);
+}
+
 }  // namespace sinew::import

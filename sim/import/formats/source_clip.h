@@ -19,8 +19,9 @@ namespace sinew::import {
 // world, so offsets are world vectors and the identity rotation is the rest
 // pose. Readers turn the file's axes into these by a cyclic change (y up:
 // z' = y, x' = z, y' = x), so a rest pose that looks along the file's +z looks
-// along +x; which way it really looks, and in which pose it stands, is for
-// retargeting to find.
+// along +x; DeepMimic's, which looks along the file's +x, by a quarter turn
+// about x (z' = y, x' = x, y' = -z). Which way it really looks, and in which
+// pose it stands, is for retargeting to find.
 
 // One ball joint (a hinge of the source is a ball that turns about one axis).
 struct SourceJoint {
@@ -71,6 +72,10 @@ struct SourceClip {
   double duration() const { return poses.back().time; }
 };
 
+// A robot file's quaternion may be this far from unit length; readers normalise
+// it.
+inline constexpr double kRobotNormTolerance = 0.01;
+
 // A clip in the coordinates of a robot: nothing to retarget but joint names.
 struct RobotPose {
   double time = 0;                // s from the start
@@ -107,6 +112,8 @@ std::vector<Eigen::Quaterniond> WorldRotations(
 std::vector<Eigen::Vector3d> WorldPositions(
     const SourceSkeleton& skeleton, const Eigen::Vector3d& root_position,
     const std::vector<Eigen::Quaterniond>& rotation);
+std::vector<Eigen::Vector3d> WorldPositions(const SourceSkeleton& skeleton,
+                                            const SourcePose& pose);
 
 }  // namespace sinew::import
 

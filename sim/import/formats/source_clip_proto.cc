@@ -86,7 +86,6 @@ absl::Status ReadPoses(const v1::SourceClip& proto, absl::string_view source,
 
 v1::SourceClip ToProto(const SourceClip& clip) {
   v1::SourceClip proto;
-  proto.set_name(clip.name);
   for (const SourceJoint& joint : clip.skeleton.joints) {
     v1::SourceJoint& written = *proto.add_joints();
     written.set_name(joint.name);
@@ -113,7 +112,6 @@ v1::SourceClip ToProto(const SourceClip& clip) {
 absl::StatusOr<SourceClip> FromProto(const v1::SourceClip& proto,
                                      absl::string_view source) {
   SourceClip clip;
-  clip.name = proto.name();
   SINEW_RETURN_IF_ERROR(ReadSkeleton(proto, source, &clip.skeleton));
   SINEW_RETURN_IF_ERROR(ReadPoses(proto, source, &clip));
   clip.facts = proto.facts();

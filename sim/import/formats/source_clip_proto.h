@@ -8,7 +8,8 @@
 
 namespace sinew::import {
 
-// A clip as a message, and back.
+// A clip as a message and back, without its name, `loops` and
+// `quaternion_drift`: what the caller knows, and what no such reader sets.
 v1::SourceClip ToProto(const SourceClip& clip);
 
 // INVALID_ARGUMENT naming `source` and field unless the message is a clip as

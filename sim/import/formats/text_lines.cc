@@ -95,6 +95,21 @@ std::string Quoted(absl::string_view text) {
                       is_long ? "..." : "", "\"");
 }
 
+absl::Status CheckFileSize(absl::string_view bytes, int64_t most,
+                           absl::string_view source) {
+  if (static_cast<int64_t>(bytes.size()) <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(
+      source, ": expected at most ", most, " bytes, found ", bytes.size()));
+}
+
+absl::Status CheckRotations(size_t joints, size_t frames, size_t most,
+                            absl::string_view source) {
+  if (joints * frames <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat(source, ": expected at most ", most,
+                   " joints times frames in a file of its size, found more"));
+}
+
 absl::StatusOr<std::string> ParseName(absl::string_view text) {
   text = absl::StripAsciiWhitespace(text);
   if (text.empty() || text.size() > kMaxNameBytes) {

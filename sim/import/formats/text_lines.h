@@ -70,6 +70,15 @@ absl::StatusOr<double> ParseNumber(absl::string_view word);
 // at most 40 of them.
 std::string Quoted(absl::string_view text);
 
+// RESOURCE_EXHAUSTED naming `source`: more than `most` bytes.
+absl::Status CheckFileSize(absl::string_view bytes, int64_t most,
+                           absl::string_view source);
+
+// RESOURCE_EXHAUSTED naming `source`: more joints times frames than `most`,
+// which is the MaxRotations of the file.
+absl::Status CheckRotations(size_t joints, size_t frames, size_t most,
+                            absl::string_view source);
+
 // A name as UTF-8 without control characters: other bytes are escaped as
 // "\xe9". INVALID_ARGUMENT (to be put into a LineError): empty or longer than
 // kMaxNameBytes.

@@ -13,6 +13,7 @@
 namespace sinew::import {
 namespace {
 
+using ::sinew::testing::IsOk;
 using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
@@ -91,6 +92,20 @@ TEST(UniqueNames, NumbersWhatItHasSeen) {
   EXPECT_EQ(names.Take("Hand_2"), "Hand_2");
   EXPECT_EQ(names.Take("Hand"), "Hand");
   EXPECT_EQ(names.Take("Hand"), "Hand_3");
+}
+
+TEST(CheckFileSize, NamesTheFileAndBothSizes) {
+  EXPECT_THAT(CheckFileSize("abc", 3, "a.bvh"), IsOk());
+  EXPECT_THAT(CheckFileSize("abcd", 3, "a.bvh"),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "a.bvh: expected at most 3 bytes, found 4"));
+}
+
+TEST(CheckRotations, NamesTheFileAndTheMost) {
+  EXPECT_THAT(CheckRotations(2, 3, 6, "a.bvh"), IsOk());
+  EXPECT_THAT(CheckRotations(2, 4, 6, "a.bvh"),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("a.bvh: expected at most 6 joints times")));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #ifndef SINEW_SIM_IMPORT_FORMATS_TESTING_NPZ_WRITER_H_
 #define SINEW_SIM_IMPORT_FORMATS_TESTING_NPZ_WRITER_H_
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
