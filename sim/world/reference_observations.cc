@@ -38,7 +38,7 @@ class Observer {
     const motion::FrameView now = library_.frame(clip, frame);
     reader_.Read(now, &body_);
     for (size_t i = 0; i < ahead_.size(); ++i) {
-      frames_[i]->Load(library_, clip, frame + builder_.frames_ahead()[i]);
+      frames_[i]->Load(clip, frame + builder_.frames_ahead()[i]);
       reader_.Read(frames_[i]->view(), &ahead_[i]);
       contact_[i] = frames_[i]->view().contact;
     }
