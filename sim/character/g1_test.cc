@@ -48,7 +48,7 @@ TEST(G1, HasTheGainsThatItsRuleGives) {
 
 TEST(G1, IsItsOwnMirrorImage) {
   // The maker's model is symmetric to a tenth of a millimetre, but for the
-  // torso's centre.
+  // centres of waist and torso.
   testing::ExpectMirrorImage(*LoadG1(), {.frames = 1e-4, .centres = 1e-3});
 }
 
