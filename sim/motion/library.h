@@ -68,8 +68,9 @@ struct FrameView {
 // Thread-safety: const methods from any thread. Ownership: owns its frames, or
 // the mapping. Blocking: Load, Verify and Save on the disk; frame may wait for
 // a page of it. Errors: INVALID_ARGUMENT naming file, clip and field; DATA_LOSS
-// for frames that are not those of the manifest; NOT_FOUND. Files must not be
-// truncated under a process that has them mapped (common/mapped_file.h); Save
+// for frames that are not those of the manifest; NOT_FOUND; UNAVAILABLE if Load
+// found another manifest at each of three attempts. Files must not be truncated
+// under a process that has them mapped (common/mapped_file.h); Save
 // replaces them instead.
 class Library {
  public:
