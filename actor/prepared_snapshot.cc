@@ -1,6 +1,6 @@
 #include "actor/prepared_snapshot.h"
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -27,29 +27,35 @@ absl::Status CheckWidth(absl::string_view what, absl::string_view name,
 }
 
 // What a rollout needs beyond policy::Ports: the Gaussian behind the executed
-// tap.
+// tap `ports.action`, which there is.
 absl::Status FindGaussian(const v1::Graph& graph, PolicyPorts& ports) {
-  for (const v1::Tap& tap : graph.taps()) {
-    if (tap.name() != ports.action) continue;
-    if (!tap.has_gaussian() || tap.decision_period() > 1) {
-      return Error(absl::StrCat("expected tap ", tap.name(),
-                                " to be Gaussian and decided every step"));
-    }
-    ports.std_parameter = tap.gaussian().std_parameter();
-    for (const v1::Tap& other : graph.taps()) {
-      if (other.value() == tap.gaussian().mean()) ports.mean = other.name();
-    }
-    if (ports.mean.empty()) {
-      return Error(absl::StrCat("expected a tap of node ",
-                                tap.gaussian().mean(), ", the mean of ",
-                                tap.name()));
-    }
+  const auto& taps = graph.taps();
+  const v1::Tap& tap = *std::find_if(
+      taps.begin(), taps.end(),
+      [&](const v1::Tap& one) { return one.name() == ports.action; });
+  if (!tap.has_gaussian() || tap.decision_period() > 1) {
+    return Error(absl::StrCat("expected tap ", tap.name(),
+                              " to be Gaussian and decided every step"));
   }
+  const v1::GaussianTap& gaussian = tap.gaussian();
+  const auto mean = std::find_if(
+      taps.begin(), taps.end(),
+      [&](const v1::Tap& one) { return one.value() == gaussian.mean(); });
+  if (mean == taps.end()) {
+    return Error(absl::StrCat("expected a tap of node ", gaussian.mean(),
+                              ", the mean of ", tap.name()));
+  }
+  ports.std_parameter = gaussian.std_parameter();
+  ports.mean = mean->name();
   return absl::OkStatus();
 }
 
 absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
                                             const world::TrackingTask& task) {
+  const absl::StatusOr<const v1::Graph*> graph =
+      policy::FindGraph(graphs, kGraph);
+  // A snapshot without it is wrong, not out of reach.
+  if (!graph.ok()) return Error(graph.status().message());
   SINEW_ASSIGN_OR_RETURN(policy::Ports found,
                          policy::FindPorts(graphs, kGraph));
   SINEW_RETURN_IF_ERROR(CheckWidth("input", found.observation,
@@ -61,9 +67,7 @@ absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
   ports.observation = std::move(found.observation);
   ports.noise = std::move(found.noise);
   ports.action = std::move(found.action);
-  SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph,
-                         policy::FindGraph(graphs, kGraph));
-  SINEW_RETURN_IF_ERROR(FindGaussian(*graph, ports));
+  SINEW_RETURN_IF_ERROR(FindGaussian(**graph, ports));
   return ports;
 }
 

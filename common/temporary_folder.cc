@@ -3,8 +3,8 @@
 #include <stdlib.h>
 
 #include <cerrno>
-#include <cstring>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 
@@ -14,8 +14,7 @@ absl::StatusOr<std::unique_ptr<TemporaryFolder>> TemporaryFolder::Create() {
   // Not TMPDIR: a socket's path has at most 107 bytes.
   std::string path = "/tmp/sinew-XXXXXX";
   if (mkdtemp(path.data()) == nullptr) {
-    return absl::InternalError(
-        absl::StrCat(path, ": cannot be made: ", std::strerror(errno)));
+    return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot be made"));
   }
   return std::unique_ptr<TemporaryFolder>(new TemporaryFolder(path));
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 
@@ -12,7 +13,7 @@ namespace sinew {
 // unix socket in it; removed at the end with all that it holds.
 //
 // Thread-safety: immutable. Ownership: owns the folder. Blocking: on the disk.
-// Errors: Create: INTERNAL naming path and reason.
+// Errors: Create: the system's own, naming the path.
 class TemporaryFolder {
  public:
   static absl::StatusOr<std::unique_ptr<TemporaryFolder>> Create();

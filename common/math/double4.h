@@ -14,12 +14,7 @@ namespace sinew {
 // Thread-safety: pure functions. Ownership: values. Blocking: never. Errors:
 // none; NaN gives NaN.
 using Double4 = double __attribute__((ext_vector_type(4)));
-using Float4 = float __attribute__((ext_vector_type(4)));
 using Word4 = uint64_t __attribute__((ext_vector_type(4)));
-
-// Bits of 1 and of 2^52, whose last places are 2^-52 and 1.
-inline constexpr uint64_t kBitsOfOne = uint64_t{1023} << 52;
-inline constexpr uint64_t kBitsOfTwoTo52 = uint64_t{1075} << 52;
 
 inline Double4 Splat4(double x) { return Double4(x); }
 

@@ -1,8 +1,5 @@
 // Counts what the program takes from the heap: a program of its own, since it
 // replaces operator new.
-#include <memory>
-#include <string>
-
 #include "common/policy/executor.h"
 #include "common/policy/testing/examples.h"
 #include "common/testing/allocation_count.h"
@@ -16,14 +13,6 @@ using ::sinew::policy::testing::AllExamples;
 using ::sinew::policy::testing::Example;
 using ::sinew::testing::IsOk;
 
-TEST(ExecutorAllocation, CountsAllocations) {
-  const int64_t before = sinew::testing::AllocationCount();
-
-  auto memory = std::make_unique<std::string>(100, 'x');
-
-  EXPECT_GE(sinew::testing::AllocationCount() - before, 2);
-}
-
 TEST(ExecutorAllocation, NeitherRunNorNewWeightsTouchTheHeap) {
   for (const Example& example : AllExamples()) {
     auto pack =
@@ -33,6 +22,7 @@ TEST(ExecutorAllocation, NeitherRunNorNewWeightsTouchTheHeap) {
     auto executor = *Executor::Create(pack, 13);
     pack.reset();
     const int64_t before = sinew::testing::AllocationCount();
+    ASSERT_GT(before, 0);
 
     executor->Run(13);
     const absl::Status status = executor->SetWeights(next);

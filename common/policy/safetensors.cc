@@ -127,25 +127,23 @@ std::string SerializeSafetensors(
 
 absl::StatusOr<TensorMap> ParseSafetensors(absl::string_view bytes,
                                            absl::string_view source) {
-  SINEW_ASSIGN_OR_RETURN(internal::SafetensorsLayout layout,
-                         internal::ParseSafetensorsLayout(bytes, source));
-  const absl::string_view data = bytes.substr(layout.data_offset);
+  SINEW_ASSIGN_OR_RETURN(SafetensorsView view, ViewSafetensors(bytes, source));
   TensorMap tensors;
-  for (internal::SafetensorsEntry& entry : layout.entries) {
-    HostTensor tensor;
-    tensor.dtype = entry.dtype;
-    tensor.shape = std::move(entry.shape);
-    tensor.data =
-        std::string(data.substr(entry.begin, entry.end - entry.begin));
-    tensors.emplace(std::move(entry.name), std::move(tensor));
+  for (auto& [name, tensor] : view.tensors) {
+    tensors[name] = {.dtype = tensor.dtype,
+                     .shape = std::move(tensor.shape),
+                     .data = std::string(tensor.data)};
   }
   return tensors;
 }
 
+bool TensorView::aligned() const {
+  return reinterpret_cast<uintptr_t>(data.data()) % alignof(float) == 0;
+}
+
 absl::Span<const float> TensorView::float32() const {
   SINEW_CHECK(dtype == v1::DATA_TYPE_FLOAT32) << "dtype " << dtype;
-  SINEW_CHECK(reinterpret_cast<uintptr_t>(data.data()) % alignof(float) == 0)
-      << "float32 at an odd address";
+  SINEW_CHECK(aligned()) << "float32 at an odd address";
   return absl::MakeConstSpan(reinterpret_cast<const float*>(data.data()),
                              data.size() / sizeof(float));
 }

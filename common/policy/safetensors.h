@@ -56,8 +56,9 @@ struct TensorView {
   std::vector<int64_t> shape;
   absl::string_view data;
 
-  // Elements as float32. Precondition: dtype matches and data lies at a
-  // multiple of 4 bytes (CHECKed).
+  // Whether data lies where its numbers may be read: at a multiple of 4 bytes.
+  bool aligned() const;
+  // Elements as float32. Precondition: dtype matches, aligned() (CHECKed).
   absl::Span<const float> float32() const;
 };
 

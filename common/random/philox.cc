@@ -16,7 +16,11 @@ namespace {
 
 constexpr uint64_t kWordsPerBlock = 4;
 constexpr double kTwoToMinus53 = 0x1p-53;
+// Bits of 1 and of 2^52, whose last places are 2^-52 and 1.
+constexpr uint64_t kBitsOfOne = uint64_t{1023} << 52;
+constexpr uint64_t kBitsOfTwoTo52 = uint64_t{1075} << 52;
 
+using Float4 = float __attribute__((ext_vector_type(4)));
 using Block = std::array<uint64_t, kWordsPerBlock>;
 
 Block DrawBlock(const RandomKey& key, uint64_t block) {

@@ -120,7 +120,7 @@ bool ReferenceFeed::is_over() const {
 
 const motion::FrameView& ReferenceFeed::RowOfNow() {
   SINEW_CHECK(playing());
-  row_of_now_->Load(*library_, clip_, frame_);
+  row_of_now_->Load(clip_, frame_);
   return row_of_now_->view();
 }
 
@@ -151,7 +151,7 @@ void ReferenceFeed::Transform(world::BodyState* state) const {
 void ReferenceFeed::LoadPlayed() {
   SINEW_CHECK(playing());
   for (size_t i = 0; i < offsets_.size(); ++i) {
-    rows_[i]->Load(*library_, clip_, frame_ + offsets_[i]);
+    rows_[i]->Load(clip_, frame_ + offsets_[i]);
     views_[i] = rows_[i]->view();
     if (i >= observed_.size()) continue;
     reader_.Read(views_[i], &observed_[i]);
@@ -196,7 +196,7 @@ Eigen::Vector2d ReferenceFeed::RootNow() const {
 
 void ReferenceFeed::ReadPlayed(int ahead, PoseBuffer* out) {
   SINEW_CHECK(playing());
-  row_of_now_->Load(*library_, clip_, frame_ + ahead);
+  row_of_now_->Load(clip_, frame_ + ahead);
   out->Read(row_of_now_->view());
   if (is_moved_) out->Move(turn_, move_);
 }

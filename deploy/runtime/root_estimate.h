@@ -22,8 +22,9 @@ struct RootEstimate {
 // soles:
 //   height = z of the root - z of p
 //   linear velocity = - velocity of p
-// Wrong while no foot bears weight. Refreshes what Refresh of body_state.h
-// does; moves the root in qpos to that height.
+// Wrong while no foot bears weight. Leaves in the data what mj_kinematics,
+// mj_comPos and mj_comVel compute at the standing height, and moves the root in
+// qpos to the height found.
 //
 // Thread-safety: one caller per data. Blocking: never; nothing allocates.
 // Errors: none.

@@ -1,6 +1,5 @@
 // Counts what a tick takes from the heap: a program of its own, since it
 // replaces operator new.
-#include <memory>
 #include <string>
 
 #include "common/files.h"
@@ -18,14 +17,6 @@ namespace sinew::runtime {
 namespace {
 
 using ::sinew::testing::IsOk;
-
-TEST(RuntimeAllocation, CountsAllocations) {
-  const int64_t before = sinew::testing::AllocationCount();
-
-  auto memory = std::make_unique<std::string>(100, 'x');
-
-  EXPECT_GE(sinew::testing::AllocationCount() - before, 2);
-}
 
 TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
   v1::Recipe recipe = world::testing::ToyRecipe();
@@ -49,6 +40,7 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
   PoseBuffer frame(4);
   const double contact[2] = {1, 0};
   const int64_t before = sinew::testing::AllocationCount();
+  ASSERT_GT(before, 0);
 
   bool ok = policy->Reset(body.pose(), nullptr).ok();
   for (int step = 0; step < 60; ++step) {

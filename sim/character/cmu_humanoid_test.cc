@@ -63,7 +63,7 @@ TEST_F(CmuHumanoid, HasTheGainsThatItsRuleGives) {
 
 TEST_F(CmuHumanoid, IsItsOwnMirrorImage) {
   // Its spine leans some millimetres to one side.
-  testing::ExpectMirrorImage(*body_, /*tolerance=*/0.01);
+  testing::ExpectMirrorImage(*body_, {.frames = 0.01, .centres = 0.01});
 }
 
 TEST_F(CmuHumanoid, TouchesTheFloorInItsDefaultPose) {

@@ -14,6 +14,7 @@
 #include "sim/character/character.h"
 #include "sim/character/gains.h"
 #include "sim/character/model_ptr.h"
+#include "sim/character/testing/standing.h"
 
 namespace sinew::character {
 namespace {
@@ -204,35 +205,9 @@ TEST_F(Humanoid, RestsWithAllFramesAlongTheWorlds) {
   }
 }
 
-// Bent by q, the left side mirrors the right side bent by q: a check of axes,
-// signs and offsets at once.
+// A check of axes, signs and offsets at once.
 TEST_F(Humanoid, MovesAlikeOnBothSides) {
-  const v1::Character& proto = character_->proto();
-  const DataPtr mirrored(mj_makeData(&model()));
-  double angle = 0.1;
-  for (const v1::MirrorPair& pair : proto.mirror_joints()) {
-    angle += 0.02;
-    const int left = model().jnt_qposadr[Joint(pair.left())];
-    const int right = model().jnt_qposadr[Joint(pair.right())];
-    data_->qpos[left] = angle;
-    mirrored->qpos[right] = pair.sign() * angle;
-    if (left == right) continue;
-    data_->qpos[right] = -angle / 2;
-    mirrored->qpos[left] = pair.sign() * -angle / 2;
-  }
-  mj_kinematics(&model(), data_.get());
-  mj_kinematics(&model(), mirrored.get());
-
-  for (const v1::MirrorPair& pair : proto.mirror_bodies()) {
-    for (const auto& [from, to] :
-         {std::pair(pair.left(), pair.right()), {pair.right(), pair.left()}}) {
-      const mjtNum* here = &data_->xipos[3 * Body(from)];
-      const mjtNum* there = &mirrored->xipos[3 * Body(to)];
-      EXPECT_NEAR(here[0], there[0], 1e-9) << from;
-      EXPECT_NEAR(here[1], -there[1], 1e-9) << from;
-      EXPECT_NEAR(here[2], there[2], 1e-9) << from;
-    }
-  }
+  testing::ExpectMirrorImage(*character_, {.frames = 1e-9, .centres = 1e-9});
 }
 
 TEST_F(Humanoid, HasMirroredGainsMassesAndRanges) {

@@ -145,9 +145,9 @@ TEST_F(ImporterTest, VelocitiesAreThoseOfTheFramesAlsoAcrossTheSeam) {
   const int joints = library->num_joints();
   motion::ReferenceFrame before(*library), at(*library), after(*library);
   for (int64_t t = 1; t < 2 * library->clip(0).num_frames(); ++t) {
-    before.Load(*library, 0, t - 1);
-    at.Load(*library, 0, t);
-    after.Load(*library, 0, t + 1);
+    before.Load(0, t - 1);
+    at.Load(0, t);
+    after.Load(0, t + 1);
     for (int j = 0; j < joints; ++j) {
       const double slope =
           (after.view().joint_position[j] - before.view().joint_position[j]) *

@@ -12,7 +12,8 @@ namespace sinew::motion {
 namespace {
 
 std::map<std::string, std::string> Metadata(const FeatureKey& key) {
-  return {{"library", key.library}, {"definition", Sha256Hex(key.definition)}};
+  return {{"library", key.library->digest()},
+          {"definition", Sha256Hex(key.definition)}};
 }
 
 bool HasShapes(const std::map<std::string, TensorView>& tensors,
@@ -22,9 +23,8 @@ bool HasShapes(const std::map<std::string, TensorView>& tensors,
     const auto found = tensors.find(name);
     if (found == tensors.end()) return false;
     const TensorView& tensor = found->second;
-    const auto address = reinterpret_cast<uintptr_t>(tensor.data.data());
     if (tensor.dtype != v1::DATA_TYPE_FLOAT32 || tensor.shape != shape ||
-        address % alignof(float) != 0) {
+        !tensor.aligned()) {
       return false;
     }
   }
@@ -52,6 +52,8 @@ absl::StatusOr<std::unique_ptr<const FeatureFile>> FeatureFile::OpenOrCompute(
   auto features = absl::WrapUnique(new FeatureFile());
   features->found_ = features->Open(path, key);
   if (features->found_) return features;
+  // What is kept under the library's digest must be of its frames.
+  SINEW_RETURN_IF_ERROR(key.library->Verify());
   SINEW_ASSIGN_OR_RETURN(TensorMap computed, compute());
   if (!HasShapes(ViewTensors(computed), key)) {
     return absl::InternalError(

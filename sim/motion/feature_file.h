@@ -14,14 +14,14 @@
 #include "absl/types/span.h"
 #include "common/mapped_file.h"
 #include "common/policy/safetensors.h"
+#include "sim/motion/library.h"
 
 namespace sinew::motion {
 
 // What a feature file is to hold.
 struct FeatureKey {
-  // SHA-256 of the library that the numbers are computed from
-  // (Library::digest).
-  std::string library;
+  // The library that the numbers are computed from.
+  const Library* library = nullptr;
   // Everything else that the numbers depend on, as text: what is computed, by
   // which version of the formulas, with which parameters.
   std::string definition;
@@ -43,8 +43,9 @@ struct FeatureKey {
 // process computes them again.
 //
 // Thread-safety: immutable. Ownership: owns the mapping or the numbers.
-// Blocking: OpenOrCompute computes or opens. Errors: those of `compute`;
-// INTERNAL if what it gives has not the shapes of the key.
+// Blocking: OpenOrCompute opens, or verifies the library and computes. Errors:
+// those of Library::Verify and of `compute`; INTERNAL if what it gives has not
+// the shapes of the key.
 class FeatureFile {
  public:
   static absl::StatusOr<std::unique_ptr<const FeatureFile>> OpenOrCompute(

@@ -17,6 +17,8 @@ namespace {
 
 // Changes whenever a formula does.
 constexpr char kFormula[] = "vmp features, version 1";
+// Below this a feature does not move at all: its deviation counts as 1.
+constexpr double kLeastDeviation = 1e-5;
 constexpr char kFile[] = "vmp.features.safetensors";
 // Where theta lies in a row, and the vectors beside it.
 constexpr int kTheta = 1;
@@ -120,6 +122,13 @@ TensorMap Compute(const Library& library, const std::vector<int>& bodies,
   return tensors;
 }
 
+// The stored frame that any frame of a clip repeats.
+int64_t WrappedFrame(const v1::ClipInfo& clip, int64_t frame) {
+  const int64_t frames = clip.num_frames();
+  return clip.loops() ? (frame % frames + frames) % frames
+                      : std::clamp<int64_t>(frame, 0, frames - 1);
+}
+
 // Turns a vector of a row about z.
 void Turn(double cosine, double sine, float* vector) {
   const double x = vector[0];
@@ -139,7 +148,7 @@ absl::StatusOr<std::unique_ptr<const MotionFeatures>> MotionFeatures::Open(
       kJoints + 2 * library.num_joints() + 3 * static_cast<int>(bodies.size());
   const int64_t frames = library.manifest().num_frames();
   const FeatureKey key = {
-      .library = library.digest(),
+      .library = &library,
       .definition = absl::StrCat(kFormula, "; ",
                                  absl::StrJoin(definition.end_effectors, " ")),
       .shapes = {{"frame", {frames, width}},
@@ -148,13 +157,9 @@ absl::StatusOr<std::unique_ptr<const MotionFeatures>> MotionFeatures::Open(
                  {"deviation", {width}}}};
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<const FeatureFile> file,
-      FeatureFile::OpenOrCompute(JoinPath(directory, kFile), key,
-                                 [&]() -> absl::StatusOr<TensorMap> {
-                                   // What is kept under the library's digest
-                                   // must be of its frames.
-                                   SINEW_RETURN_IF_ERROR(library.Verify());
-                                   return Compute(library, bodies, width);
-                                 }));
+      FeatureFile::OpenOrCompute(JoinPath(directory, kFile), key, [&] {
+        return Compute(library, bodies, width);
+      }));
   return std::unique_ptr<const MotionFeatures>(
       new MotionFeatures(library, width, std::move(file)));
 }
@@ -170,22 +175,17 @@ MotionFeatures::MotionFeatures(const Library& library, int width,
 
 double MotionFeatures::Heading(int clip, int64_t frame) const {
   const v1::ClipInfo& info = library_->clip(clip);
-  const int64_t rows = info.num_frames();
-  if (!info.loops()) {
-    return headings_[info.first_frame() +
-                     std::clamp<int64_t>(frame, 0, rows - 1)];
-  }
-  const int64_t row = (frame % rows + rows) % rows;
-  const auto cycles = static_cast<double>((frame - row) / rows);
-  return headings_[info.first_frame() + row] + cycles * info.cycle_yaw();
+  const int64_t row = WrappedFrame(info, frame);
+  const double heading = headings_[info.first_frame() + row];
+  if (!info.loops()) return heading;
+  const auto cycles = static_cast<double>((frame - row) / info.num_frames());
+  return heading + cycles * info.cycle_yaw();
 }
 
 void MotionFeatures::Row(int clip, int64_t frame, double centre_yaw,
                          float* out) const {
   const v1::ClipInfo& info = library_->clip(clip);
-  const int64_t rows = info.num_frames();
-  const int64_t row = info.loops() ? (frame % rows + rows) % rows
-                                   : std::clamp<int64_t>(frame, 0, rows - 1);
+  const int64_t row = WrappedFrame(info, frame);
   std::copy_n(&rows_[(info.first_frame() + row) * width_], width_, out);
   const double turn = Heading(clip, frame) - centre_yaw;
   const double cosine = std::cos(turn);

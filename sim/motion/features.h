@@ -32,14 +32,11 @@ namespace sinew::motion {
 //
 // Normalised features are (m - mean) / deviation per feature, except theta,
 // which stays. Mean and deviation are over all frames of the library, each seen
-// from its own heading; a deviation below kLeastDeviation counts as 1. The
-// window with W = 0 is the condition of a policy, so both share their units.
+// from its own heading; a deviation below 1e-5 counts as 1. The window with
+// W = 0 is the condition of a policy, so both share their units.
 //
 // Before its first frame and behind its last one a clip repeats that frame,
 // velocities included; a looping clip goes on instead, cycle by cycle.
-
-// Below this a feature does not move at all.
-inline constexpr double kLeastDeviation = 1e-5;
 
 struct FeatureDefinition {
   // Bodies whose place is a feature, e.g. hands and feet; of the library's
@@ -52,10 +49,10 @@ struct FeatureDefinition {
 // those rows, turned.
 //
 // Thread-safety: immutable. Ownership: borrows the library. Blocking: Open
-// computes (about a second per hour of clips) or opens; Frame and Window may
-// wait for a page of the disk; they neither allocate nor lock. Errors:
-// INVALID_ARGUMENT naming an end effector that the library does not have, or
-// that is named twice.
+// computes (about a second per hour of clips) or opens; Window may wait for a
+// page of the disk; it neither allocates nor locks. Errors: INVALID_ARGUMENT
+// naming an end effector that the library does not have, or that is named
+// twice; those of the feature file.
 class MotionFeatures {
  public:
   // `directory`: where "vmp.features.safetensors" is or goes, the library's.

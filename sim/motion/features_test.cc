@@ -124,12 +124,12 @@ void ExpectWindow(const Library& library, const MotionFeatures& features,
   // Frames before the first one: from a start some cycles later.
   const int64_t later = library.clip(clip).loops() ? 5 * kFrames : 0;
   ReferenceFrame at(library), middle(library);
-  middle.Load(library, clip, centre + later);
+  middle.Load(clip, centre + later);
   const Eigen::Quaterniond heading = HeadingOf(middle.view());
   for (int64_t i = -half; i <= half; ++i) {
     int64_t t = centre + i + later;
     if (later == 0) t = std::clamp<int64_t>(t, 0, kFrames - 1);
-    at.Load(library, clip, t);
+    at.Load(clip, t);
     const std::vector<double> expected = Naive(at.view(), heading);
     for (size_t j = 0; j < expected.size(); ++j) {
       EXPECT_NEAR(window[(i + half) * features.width() + j],

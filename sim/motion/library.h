@@ -68,8 +68,9 @@ struct FrameView {
 // Thread-safety: const methods from any thread. Ownership: owns its frames, or
 // the mapping. Blocking: Load, Verify and Save on the disk; frame may wait for
 // a page of it. Errors: INVALID_ARGUMENT naming file, clip and field; DATA_LOSS
-// for frames that are not those of the manifest; NOT_FOUND. Files must not be
-// truncated under a process that has them mapped (common/mapped_file.h); Save
+// for frames that are not those of the manifest; NOT_FOUND; UNAVAILABLE if Load
+// found another manifest at each of three attempts. Files must not be truncated
+// under a process that has them mapped (common/mapped_file.h); Save
 // replaces them instead.
 class Library {
  public:
@@ -130,28 +131,28 @@ class Library {
 };
 
 // One reference frame after wrapping: rows of the library where they hold as
-// they are, a buffer of its own for what is moved. Allocate once per thread.
+// they are, a buffer of its own for what is moved. Borrows the library.
+// Allocate once per thread.
 class ReferenceFrame {
  public:
   explicit ReferenceFrame(const Library& library);
   ReferenceFrame(const ReferenceFrame&) = delete;
   ReferenceFrame& operator=(const ReferenceFrame&) = delete;
 
-  // Frame `frame` >= 0 of a clip of the constructor's library. Looping clips:
-  // any frame, wrapped and moved by the cycle transform (planar translation and
-  // yaw; velocities turned too). Others: frames past the end repeat the last
-  // frame with zero velocities. No allocation; the frame that was loaded last
-  // costs nothing.
-  void Load(const Library& library, int clip, int64_t frame);
+  // Frame `frame` >= 0 of a clip. Looping clips: any frame, wrapped and moved
+  // by the cycle transform (planar translation and yaw; velocities turned too).
+  // Others: frames past the end repeat the last frame with zero velocities. No
+  // allocation; the frame that was loaded last costs nothing.
+  void Load(int clip, int64_t frame);
 
   // Of the last Load; points into the library too, and changes with each Load.
   const FrameView& view() const { return view_; }
 
  private:
+  const Library* library_;
   std::vector<float> storage_;
   FrameView view_{};
   // What is loaded.
-  const Library* library_ = nullptr;
   int clip_ = -1;
   int64_t frame_ = -1;
 };

@@ -52,7 +52,7 @@ void BM_ReferenceFrame(benchmark::State& state) {
   ReferenceFrame frame(**library);
   int64_t i = 0;
   for (auto _ : state) {
-    frame.Load(**library, static_cast<int>(i * 7919 % 4000), i % 270);
+    frame.Load(static_cast<int>(i * 7919 % 4000), i % 270);
     ++i;
   }
 }

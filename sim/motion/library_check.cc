@@ -98,7 +98,7 @@ absl::Status CheckShape(const FrameColumn& column,
                  absl::StrCat("shape [", absl::StrJoin(shape, ", "), "]"),
                  absl::StrCat("[", absl::StrJoin(tensor.shape, ", "), "]"));
   }
-  if (reinterpret_cast<uintptr_t>(tensor.data.data()) % alignof(float) != 0) {
+  if (!tensor.aligned()) {
     return Error(source, field, "data at a multiple of 4 bytes",
                  "a header of another length");
   }

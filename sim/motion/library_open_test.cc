@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -119,6 +120,19 @@ TEST(Library, KeepsItsFramesWhileItIsReplaced) {
   ASSERT_THAT(new_library, IsOk());
   EXPECT_EQ((*new_library)->frame(0, 0).joint_position[0], 42);
   EXPECT_NE((*new_library)->digest(), old_library->digest());
+}
+
+TEST(Library, LoadingGivesUpWhereTheManifestIsAnotherAtEachAttempt) {
+  const std::string path =
+      JoinPath(Put("restless", GoodFiles()), "manifest.json");
+  std::filesystem::remove(path);
+  // Reads as another text each time.
+  std::filesystem::create_symlink("/proc/sys/kernel/random/uuid", path);
+
+  EXPECT_THAT(Library::Load(Folder("restless")),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       HasSubstr("restless: expected a library at rest, found "
+                                 "another manifest.json at each of 3")));
 }
 
 TEST(Library, HasTheSameDigestMappedAndFromBytes) {

@@ -49,7 +49,7 @@ TEST(ReferenceFrame, GoesOnAlongTheCircleCycleAfterCycle) {
   const auto library = SaveAndLoad("wrap");
   ReferenceFrame frame(*library);
   for (const int64_t t : {0, 5, 12, 13, 40, 1207}) {
-    frame.Load(*library, 0, t);
+    frame.Load(0, t);
     const double yaw = kTurn * static_cast<double>(t) / kFrames;
     const FrameView& view = frame.view();
     EXPECT_NEAR(view.root_position[0], 5 + std::sin(yaw), 1e-4) << t;
@@ -69,9 +69,9 @@ TEST(ReferenceFrame, VelocitiesAreTheDifferencesOfPositionsAlsoAtTheSeam) {
   const auto library = SaveAndLoad("seam");
   ReferenceFrame before(*library), at(*library), after(*library);
   for (int64_t t = 1; t < 3 * kFrames; ++t) {
-    before.Load(*library, 0, t - 1);
-    at.Load(*library, 0, t);
-    after.Load(*library, 0, t + 1);
+    before.Load(0, t - 1);
+    at.Load(0, t);
+    after.Load(0, t + 1);
     for (int i = 0; i < 2; ++i) {
       const double slope =
           (after.view().root_position[i] - before.view().root_position[i]) *
@@ -84,7 +84,7 @@ TEST(ReferenceFrame, VelocitiesAreTheDifferencesOfPositionsAlsoAtTheSeam) {
 TEST(ReferenceFrame, AClipThatEndsStandsStillAtItsLastFrame) {
   const auto library = SaveAndLoad("end");
   ReferenceFrame frame(*library);
-  frame.Load(*library, 1, kFrames + 3);
+  frame.Load(1, kFrames + 3);
   EXPECT_FLOAT_EQ(frame.view().joint_position[0], 0.1F * (2 * kFrames - 1));
   EXPECT_EQ(frame.view().joint_velocity[0], 0);
   EXPECT_EQ(frame.view().root_linear_velocity[0], 0);

@@ -90,32 +90,31 @@ void MoveRow(const PlanarTransform& transform, ColumnKind kind, int64_t width,
 
 }  // namespace
 
-ReferenceFrame::ReferenceFrame(const Library& library) {
+ReferenceFrame::ReferenceFrame(const Library& library) : library_(&library) {
   int64_t size = 0;
   for (const int64_t width : library.row_widths()) size += width;
   storage_.resize(size);
 }
 
-void ReferenceFrame::Load(const Library& library, int clip, int64_t frame) {
+void ReferenceFrame::Load(int clip, int64_t frame) {
   SINEW_DCHECK(frame >= 0) << "frame " << frame;
-  if (&library == library_ && clip == clip_ && frame == frame_) return;
-  library_ = &library;
+  if (clip == clip_ && frame == frame_) return;
   clip_ = clip;
   frame_ = frame;
-  const v1::ClipInfo& info = library.clip(clip);
+  const v1::ClipInfo& info = library_->clip(clip);
   const int64_t rows = info.num_frames();
   const bool ended = !info.loops() && frame >= rows;
   const int64_t cycles = info.loops() ? frame / rows : 0;
   const int64_t row = info.loops() ? frame % rows : std::min(frame, rows - 1);
-  view_ = library.frame(clip, row);
+  view_ = library_->frame(clip, row);
   if (cycles == 0 && !ended) return;
   PlanarTransform transform;
   if (cycles > 0) {
     transform =
-        CycleTransform(info, library.frame(clip, 0).root_position, cycles);
+        CycleTransform(info, library_->frame(clip, 0).root_position, cycles);
   }
   float* out = storage_.data();
-  const int64_t* width = library.row_widths().data();
+  const int64_t* width = library_->row_widths().data();
   for (const FrameColumn& column : FrameColumns()) {
     if (ended && IsVelocity(column.kind)) {
       std::fill_n(out, *width, 0.F);

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "common/files.h"
 #include "common/random/philox.h"
 #include "common/testing/matchers.h"
 #include "sim/world/testing/toy_world.h"
@@ -97,13 +99,8 @@ void ExpectMotionOf(const mjModel* model, const mjData* data, int id,
       << id;
 }
 
-class BodyReaderOfCharacterTest : public ::testing::TestWithParam<const char*> {
-};
-
-TEST_P(BodyReaderOfCharacterTest, AgreesWithMuJoCoInAnyState) {
-  auto loaded = character::Character::Load(GetParam(), v1::Physics());
-  ASSERT_THAT(loaded, IsOk());
-  const character::Character& character = **loaded;
+// Reads twenty states drawn at random and holds them against MuJoCo's.
+void ExpectAgreementInAnyState(const character::Character& character) {
   const mjModel* model = character.model();
   const BodyReader reader(character);
   const character::DataPtr data(mj_makeData(model));
@@ -126,9 +123,53 @@ TEST_P(BodyReaderOfCharacterTest, AgreesWithMuJoCoInAnyState) {
   }
 }
 
+class BodyReaderOfCharacterTest : public ::testing::TestWithParam<const char*> {
+};
+
+TEST_P(BodyReaderOfCharacterTest, AgreesWithMuJoCoInAnyState) {
+  const auto character = character::Character::Load(GetParam(), v1::Physics());
+  ASSERT_THAT(character, IsOk());
+  ExpectAgreementInAnyState(**character);
+}
+
 INSTANTIATE_TEST_SUITE_P(Characters, BodyReaderOfCharacterTest,
                          ::testing::Values("humanoid", "g1"),
                          [](const auto& info) { return info.param; });
+
+// A crane whose hinges turn about points off their bodies' origins, one of them
+// with an angle other than 0 at rest; a turned body hangs below.
+constexpr char kCraneModel[] = R"(<mujoco><worldbody><body name="root">
+  <freejoint/><geom size="0.1"/>
+  <body name="boom" pos="0.1 0 0.2" quat="0.9 0.1 -0.3 0.2">
+    <joint name="turn" axis="0 1 0" pos="0.02 0.03 0.05" ref="10"/>
+    <joint name="lift" axis="1 0 1" pos="-0.04 0 0.01"/>
+    <geom size="0.05"/>
+    <body name="hook" pos="0 0.3 0" quat="0.7 0 0.7 0.1">
+      <joint name="swing" axis="0 0.6 0.8"/>
+      <geom size="0.04"/>
+    </body></body></body></worldbody></mujoco>)";
+constexpr char kCrane[] = R"(format_version: 1 name: "crane"
+  model_file: "crane.xml" head_body: "root" standing_root_height: 0.4
+  actuator_law { derivation: "test" } feet { body: "hook" }
+  joints { name: "turn" stiffness: 10 damping: 1 torque_limit: 5 }
+  joints { name: "lift" stiffness: 10 damping: 1 torque_limit: 5 }
+  joints { name: "swing" stiffness: 10 damping: 1 torque_limit: 5 })";
+
+TEST(BodyReader, AgreesWithMuJoCoWhereHingesLieOffTheirBodies) {
+  const std::string folder = JoinPath(::testing::TempDir(), "crane");
+  ASSERT_THAT(MakeDirectories(folder), IsOk());
+  ASSERT_THAT(WriteFileAtomically(JoinPath(folder, "crane.xml"), kCraneModel),
+              IsOk());
+  const std::string path = JoinPath(folder, "character.textproto");
+  ASSERT_THAT(WriteFileAtomically(path, kCrane), IsOk());
+  const auto character = character::Character::Load(path, v1::Physics());
+  ASSERT_THAT(character, IsOk());
+  const mjModel* model = (*character)->model();
+  ASSERT_GT(model->qpos0[7], 0.1);  // the angle at rest
+  ASSERT_EQ((*character)->tracked().size(), 3u);
+
+  ExpectAgreementInAnyState(**character);
+}
 
 TEST(BodyReader, ReadsThePhysicsRowAlone) {
   const testing::ToyWorld toy = testing::MakeToyWorld();
@@ -141,11 +182,13 @@ TEST(BodyReader, ReadsThePhysicsRowAlone) {
   std::fill_n(data->xquat, 4 * model->nbody, 7.0);
   std::fill_n(data->cvel, 6 * model->nbody, 7.0);
 
-  BodyState state = expected;
+  BodyState state(reader.num_bodies(), reader.num_joints());
   reader.Read(data.get(), &state);
 
   EXPECT_EQ(state.position, expected.position);
+  EXPECT_EQ(state.rotation, expected.rotation);
   EXPECT_EQ(state.linear_velocity, expected.linear_velocity);
+  EXPECT_EQ(state.angular_velocity, expected.angular_velocity);
   EXPECT_EQ(data->xpos[3], 7);
 }
 

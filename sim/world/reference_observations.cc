@@ -38,7 +38,7 @@ class Observer {
     const motion::FrameView now = library_.frame(clip, frame);
     reader_.Read(now, &body_);
     for (size_t i = 0; i < ahead_.size(); ++i) {
-      frames_[i]->Load(library_, clip, frame + builder_.frames_ahead()[i]);
+      frames_[i]->Load(clip, frame + builder_.frames_ahead()[i]);
       reader_.Read(frames_[i]->view(), &ahead_[i]);
       contact_[i] = frames_[i]->view().contact;
     }
@@ -92,7 +92,7 @@ ReferenceObservations::Open(const TrackingTask& task,
                             const std::string& directory) {
   const motion::Library& library = task.library();
   const motion::FeatureKey key = {
-      .library = library.digest(),
+      .library = &library,
       // Column names say blocks, frames ahead, joints, bodies and feet.
       .definition =
           absl::StrCat(kFormula, "; character ", task.character().digest(),
@@ -102,12 +102,8 @@ ReferenceObservations::Open(const TrackingTask& task,
            {library.manifest().num_frames(), task.observation_width()}}}};
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<const motion::FeatureFile> file,
-      motion::FeatureFile::OpenOrCompute(
-          JoinPath(directory, kFile), key, [&]() -> absl::StatusOr<TensorMap> {
-            // What is kept under the library's digest must be of its frames.
-            SINEW_RETURN_IF_ERROR(library.Verify());
-            return Compute(task);
-          }));
+      motion::FeatureFile::OpenOrCompute(JoinPath(directory, kFile), key,
+                                         [&] { return Compute(task); }));
   return std::unique_ptr<const ReferenceObservations>(new ReferenceObservations(
       library, task.observation_width(), std::move(file)));
 }

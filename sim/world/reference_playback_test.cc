@@ -78,7 +78,7 @@ TEST(ReferencePlayback, HasFullRewardAndNoErrorAndItsFeetMeetTheFloor) {
     int bearing = 0;
     Episode episode{.clip = clip, .start_frame = 0};
     for (int64_t i = 1; i <= frames; ++i) {
-      frame.Load(*play.library, clip, i);
+      frame.Load(clip, i);
       SetReferencePose(*play.character, frame.view(), play.data.get());
       const StepResult result = play.task->Finish(
           play.data.get(), ActuationResult(), &episode, play.work.get());

@@ -135,7 +135,7 @@ void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
 void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
                          mjData* data, absl::Span<double> previous_target,
                          Workspace* work) const {
-  work->frame->Load(*library_, episode.clip, episode.start_frame);
+  work->frame->Load(episode.clip, episode.start_frame);
   mj_setState(character_->model(), data, fresh_row_.data(),
               mjSTATE_INTEGRATION);
   SetReferencePose(*character_, work->frame->view(), data);
@@ -162,7 +162,7 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<float> out, Workspace* work) const {
   const int64_t current = int64_t{episode.start_frame} + episode.step;
   for (size_t i = 0; i < work->ahead.size(); ++i) {
-    work->ahead_frames[i]->Load(*library_, episode.clip,
+    work->ahead_frames[i]->Load(episode.clip,
                                 current + observation_.frames_ahead()[i]);
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
     work->ahead_contact[i] = work->ahead_frames[i]->view().contact;
@@ -181,7 +181,7 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
 void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
                           absl::Span<double> target, Workspace* work) const {
-  work->frame->Load(*library_, episode.clip,
+  work->frame->Load(episode.clip,
                     int64_t{episode.start_frame} + episode.step + 1);
   ReadJoints(data, absl::MakeSpan(work->joint_position));
   action_.Target(work->joint_position, work->frame->view(), action, target);
@@ -206,7 +206,7 @@ StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
                                 Episode* episode, Workspace* work) const {
   ++episode->step;
   if (physics.diverged) return DivergedStep();
-  work->frame->Load(*library_, episode->clip,
+  work->frame->Load(episode->clip,
                     int64_t{episode->start_frame} + episode->step);
   reader_.Read(work->frame->view(), &work->reference);
   Refresh(data, work);

@@ -92,7 +92,7 @@ TEST(TrackingTask, KinematicPlaybackHasFullRewardAndNoErrorOnEveryFrame) {
     const int frames = library.clip(clip).loops() ? 60 : 15;
     rig.episode = {.clip = clip, .start_frame = 0};
     for (int i = 1; i <= frames; ++i) {
-      frame.Load(library, clip, i);
+      frame.Load(clip, i);
       SetReferencePose(*rig.toy.character, frame.view(), rig.data.get());
 
       const StepResult result = rig.task->Finish(
@@ -110,7 +110,7 @@ TEST(TrackingTask, TheNextFrameIsWhatObservationShowsAndRewardCompares) {
   Rig rig;
   rig.Begin(0, 5);
   motion::ReferenceFrame frame(*rig.toy.library);
-  frame.Load(*rig.toy.library, 0, 6);
+  frame.Load(0, 6);
 
   // The difference block starts with the root's offset in the heading frame.
   const std::vector<float> observation = rig.Observe();

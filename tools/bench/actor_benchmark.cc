@@ -28,6 +28,7 @@ absl::Status Run(const std::string& directory, int rounds) {
   SINEW_ASSIGN_OR_RETURN(auto character, sinew::character::Character::Load(
                                              "humanoid", recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(auto library, sinew::motion::Library::Load(directory));
+  SINEW_RETURN_IF_ERROR(library->Verify());
   SINEW_ASSIGN_OR_RETURN(const auto assets,
                          sinew::actor::RolloutAssets::FromParts(
                              recipe, std::move(character), std::move(library)));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -23,6 +22,7 @@
 #include "common/rpc/server.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
+#include "common/temporary_folder.h"
 #include "learner/ppo/synthetic_segments.h"
 #include "replay/client/segment_stream.h"
 #include "replay/local_replay.h"
@@ -37,27 +37,6 @@ constexpr char kRun[] = "bench";
 constexpr absl::Duration kTimeout = absl::Minutes(2);
 // Row of a humanoid's state: time, 35 positions, 34 velocities, warm start.
 constexpr int kPhysicsNumbers = 110;
-
-// A folder for the socket, removed at the end.
-class SocketFolder {
- public:
-  SocketFolder() {
-    std::string path = "/tmp/sinew-bench-XXXXXX";
-    ok_ = mkdtemp(path.data()) != nullptr;
-    path_ = path;
-  }
-  ~SocketFolder() {
-    std::error_code ignored;
-    if (ok_) std::filesystem::remove_all(path_, ignored);
-  }
-  std::string address() const {
-    return absl::StrCat("unix:", path_, "/replay");
-  }
-
- private:
-  std::string path_;
-  bool ok_ = false;
-};
 
 // The segments of one iteration and what replay is to expect of them.
 struct Iteration {
@@ -165,10 +144,13 @@ absl::StatusOr<TransportFigures> MeasureTransport(
   replay::ReplayMetrics metrics(registry);
   replay::Table table({}, metrics);
   replay::ReplayService service(table);
-  const SocketFolder folder;
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TemporaryFolder> folder,
+                         TemporaryFolder::Create());
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<rpc::Server> server,
-      rpc::Server::Start({.address = folder.address()}, {&service}));
+      rpc::Server::Start(
+          {.address = absl::StrCat("unix:", folder->path(), "/replay")},
+          {&service}));
   SINEW_ASSIGN_OR_RETURN(const auto channel,
                          rpc::MakeChannel(server->address(), {}));
   SINEW_ASSIGN_OR_RETURN(std::vector<v1::Segment> segments,

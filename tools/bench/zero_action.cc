@@ -113,6 +113,7 @@ absl::Status RunRow(const Options& options, const motion::Library& library,
 absl::Status RunTable(const Options& options) {
   SINEW_ASSIGN_OR_RETURN(const auto library,
                          motion::Library::Load(options.library));
+  SINEW_RETURN_IF_ERROR(library->Verify());
   std::printf(
       "frames survived by the zero action: mean, least, median, most\n"
       "   Hz  target feed-forwards   | any body 0.25 m off    | mean 0.5 m "

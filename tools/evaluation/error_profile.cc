@@ -26,7 +26,7 @@ void ErrorProfile::Add(const v1::EvaluationStart& start, int frame,
   const int64_t phase =
       library_->clip(clip_).loops() ? at % frames : std::min(at, frames - 1);
   const auto bin = static_cast<size_t>(phase * bins_ / frames);
-  reference_->Load(*library_, clip_, at);
+  reference_->Load(clip_, at);
   const float* positions = reference_->view().body_position;
   for (size_t b = 0; b < character_->tracked().size(); ++b) {
     const int column = character_->tracked()[b];

@@ -20,7 +20,7 @@ std::vector<double> ReferencePoses(const character::Character& character,
   std::vector<double> poses;
   poses.reserve(static_cast<size_t>(frames) * model->nq);
   for (int frame = 0; frame < frames; ++frame) {
-    reference.Load(library, clip, first + frame);
+    reference.Load(clip, first + frame);
     world::SetReferencePose(character, reference.view(), data.get());
     poses.insert(poses.end(), data->qpos, data->qpos + model->nq);
   }

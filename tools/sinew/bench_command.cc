@@ -204,6 +204,7 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
       auto character,
       character::Character::Load(options.character, recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(auto library, LoadMotions(options, *character));
+  SINEW_RETURN_IF_ERROR(library->Verify());
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<const actor::RolloutAssets> assets,
       actor::RolloutAssets::FromParts(recipe, std::move(character),

@@ -9,11 +9,11 @@
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "common/workspace_files.h"
 
 namespace sinew::tools {
 namespace {
 
-constexpr char kOwnRepository[] = "sinew/";
 constexpr char kRecipes[] = "deploy/recipes";
 
 // Path of a recipe by name or path.
@@ -22,8 +22,7 @@ absl::StatusOr<std::string> FindRecipe(const std::string& name) {
     if (FileExists(name)) return name;
     return absl::NotFoundError(absl::StrCat("recipe: no file ", name));
   }
-  return FindResource(
-      absl::StrCat(kOwnRepository, kRecipes, "/", name, ".textproto"));
+  return FindWorkspaceFile(absl::StrCat(kRecipes, "/", name, ".textproto"));
 }
 
 }  // namespace
@@ -43,9 +42,6 @@ absl::StatusOr<std::string> FindResource(const std::string& path) {
   }
   if (const char* tests = std::getenv("TEST_SRCDIR"); tests != nullptr) {
     candidates.push_back(JoinPath(tests, path));
-  }
-  if (absl::StartsWith(path, kOwnRepository)) {
-    candidates.push_back(path.substr(sizeof(kOwnRepository) - 1));
   }
   for (const std::string& candidate : candidates) {
     if (FileExists(candidate)) return candidate;

@@ -12,15 +12,16 @@ namespace sinew::tools {
 // Path of the running program.
 absl::StatusOr<std::string> OwnBinary();
 
-// A file that the build put beside the binary: "REPOSITORY/PATH" with "sinew"
-// for this project's own; in the runfiles of the binary or of the test that
-// runs it or, own files only, below the working directory. NOT_FOUND lists
-// where was looked.
+// A file of another repository that the build put beside the binary,
+// "REPOSITORY/PATH": in the runfiles of the binary or of the test that runs it.
+// (This project's own: common/workspace_files.h.) NOT_FOUND lists where was
+// looked.
 absl::StatusOr<std::string> FindResource(const std::string& path);
 
-// A recipe by name (deploy/recipes/NAME.textproto, in the binary's runfiles or
-// the source tree) or by path, with `--set` assignments applied, defaults
-// filled, checked. INVALID_ARGUMENT, NOT_FOUND (lists where was looked).
+// A recipe by name (deploy/recipes/NAME.textproto, wherever
+// common/workspace_files.h finds it) or by path, with `--set` assignments
+// applied, defaults filled, checked. INVALID_ARGUMENT, NOT_FOUND (lists where
+// was looked).
 absl::StatusOr<v1::Recipe> LoadRecipe(
     const std::string& name_or_path,
     const std::vector<std::string>& assignments);

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "common/temporary_folder.h"
 #include "deploy/bundle/bundle.h"
 #include "tools/parity/bundle_parity.h"
 #include "tools/parity/onnx_runtime.h"
@@ -78,18 +78,11 @@ absl::Status RunVerify(const VerifyOptions& options,
                          bundle::ReadBundle(options.bundle));
   PrintBundle(bundle);
   ParityOptions parity;
-  std::string scratch =
-      (std::filesystem::temp_directory_path() / "sinew-verify-XXXXXX").string();
-  const absl::Cleanup clean = [&scratch] {
-    RemoveRecursively(scratch).IgnoreError();
-  };
+  std::unique_ptr<TemporaryFolder> scratch;
   if (!options.skip_onnx) {
     SINEW_ASSIGN_OR_RETURN(parity.onnx, FindOnnx());
-    if (mkdtemp(scratch.data()) == nullptr) {
-      return absl::InternalError(
-          absl::StrCat("cannot make a temporary folder ", scratch));
-    }
-    parity.onnx->scratch = scratch;
+    SINEW_ASSIGN_OR_RETURN(scratch, TemporaryFolder::Create());
+    parity.onnx->scratch = scratch->path();
   }
   SINEW_ASSIGN_OR_RETURN(const std::vector<ParityRow> rows,
                          CompareBackEnds(bundle, parity));

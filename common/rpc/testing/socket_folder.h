@@ -1,7 +1,10 @@
 #ifndef SINEW_COMMON_RPC_TESTING_SOCKET_FOLDER_H_
 #define SINEW_COMMON_RPC_TESTING_SOCKET_FOLDER_H_
 
+#include <memory>
 #include <string>
+
+#include "common/temporary_folder.h"
 
 namespace sinew::rpc {
 
@@ -9,17 +12,15 @@ namespace sinew::rpc {
 // test's own folder is not); removed with all it holds at the end.
 class SocketFolder {
  public:
+  // Aborts with a message on failure.
   SocketFolder();
-  ~SocketFolder();
-  SocketFolder(const SocketFolder&) = delete;
-  SocketFolder& operator=(const SocketFolder&) = delete;
 
   // "unix:FOLDER/NAME".
   std::string Address(const std::string& name) const;
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return folder_->path(); }
 
  private:
-  std::string path_;
+  std::unique_ptr<const TemporaryFolder> folder_;
 };
 
 }  // namespace sinew::rpc

@@ -23,9 +23,16 @@ double LowestSole(const Character& character, mjData* data);
 // digits.
 void ExpectGains(const Character& character, const GainRule& rule);
 
+// Metres by which a mirrored body may miss its partner.
+struct MirrorTolerance {
+  double frames = 0;   // origins of body frames
+  double centres = 0;  // centres of mass
+};
+
 // Holds the mirror pairs against the model: in random poses every body is
-// where the mirrored pose has its partner, within `tolerance` metres.
-void ExpectMirrorImage(const Character& character, double tolerance);
+// where the mirrored pose has its partner, itself if it has none.
+void ExpectMirrorImage(const Character& character,
+                       const MirrorTolerance& tolerance);
 
 }  // namespace sinew::character::testing
 

@@ -1,0 +1,97 @@
+#include "actor/prepared_snapshot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "actor/testing/rollout_rig.h"
+#include "common/testing/matchers.h"
+#include "proto/sinew/v1/graph.pb.h"
+
+namespace sinew::actor {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::RolloutRig;
+using ::testing::SizeIs;
+
+class PreparedSnapshotTest : public ::testing::Test {
+ protected:
+  // The rig's graph "policy".
+  v1::Graph& Policy() {
+    for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
+      if (graph.name() == "policy") return graph;
+    }
+    ADD_FAILURE() << "no graph \"policy\"";
+    return *rig_.message.mutable_graph()->add_graphs();
+  }
+  v1::Tap& Action() {
+    for (v1::Tap& tap : *Policy().mutable_taps()) {
+      if (tap.name() == "action") return tap;
+    }
+    ADD_FAILURE() << "no tap \"action\"";
+    return *Policy().add_taps();
+  }
+  absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> Prepare() const {
+    return PreparedSnapshot::Create(rig_.message, "digest", *rig_.assets);
+  }
+
+  RolloutRig rig_;
+};
+
+TEST_F(PreparedSnapshotTest, KnowsHowToTalkToTheGraph) {
+  const auto snapshot = Prepare();
+
+  ASSERT_THAT(snapshot, IsOk());
+  const PolicyPorts& ports = (*snapshot)->ports();
+  EXPECT_EQ(ports.observation, "observation");
+  EXPECT_THAT(ports.noise, ElementsAre("noise"));
+  EXPECT_EQ(ports.action, "action");
+  EXPECT_EQ(ports.mean, "mean");
+  EXPECT_THAT((*snapshot)->std(), SizeIs(rig_.assets->task().action_width()));
+  EXPECT_EQ((*snapshot)->sha256(), "digest");
+}
+
+TEST_F(PreparedSnapshotTest, WithoutAGraphNamedPolicyIsInvalid) {
+  Policy().set_name("prior");
+
+  EXPECT_THAT(Prepare(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("\"policy\""), HasSubstr("[prior"))));
+}
+
+TEST_F(PreparedSnapshotTest, NeedsAGaussianAction) {
+  Action().clear_distribution();
+
+  EXPECT_THAT(Prepare(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected tap action to be Gaussian")));
+}
+
+TEST_F(PreparedSnapshotTest, NeedsAnActionThatIsDecidedEveryStep) {
+  Action().set_decision_period(2);
+
+  EXPECT_THAT(Prepare(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr("decided every step")));
+}
+
+TEST_F(PreparedSnapshotTest, NeedsATapOfTheMean) {
+  auto& taps = *Policy().mutable_taps();
+  const std::string mean = Action().gaussian().mean();
+  for (int i = taps.size() - 1; i >= 0; --i) {
+    if (taps[i].value() == mean) taps.DeleteSubrange(i, 1);
+  }
+
+  EXPECT_THAT(Prepare(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr(", the mean of action")));
+}
+
+}  // namespace
+}  // namespace sinew::actor
