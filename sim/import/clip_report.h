@@ -16,7 +16,7 @@ namespace sinew::import {
 struct ClipReport {
   std::string file;  // path as given
   std::string name;
-  // OK: the clip is in the library. Else why not: FAILED_PRECONDITION if the
+  // OK: good enough for the library. Else why not: FAILED_PRECONDITION if the
   // quality gate rejected it (`info` is complete then), else the error of
   // reading or fitting it.
   absl::Status status;

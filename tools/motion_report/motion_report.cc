@@ -29,7 +29,8 @@ absl::StatusOr<Json> ReadReport(const std::string& library) {
                          ReadFile(path, kMaxReportBytes));
   Json report = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!report.is_object() || !report.value("clips", Json()).is_array() ||
-      !report.value("frames_per_second", Json()).is_number()) {
+      !report.value("frames_per_second", Json()).is_number() ||
+      !report.value("character", Json()).is_string()) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": expected the report of an import"));
   }
@@ -177,6 +178,11 @@ absl::StatusOr<std::string> WriteMotionReport(
   SINEW_RETURN_IF_ERROR(
       WriteFileAtomically(path, MakePage(report, showing.TakeTrajectories())));
   return path;
+}
+
+absl::StatusOr<std::string> ReportedCharacter(const std::string& library) {
+  SINEW_ASSIGN_OR_RETURN(const Json report, ReadReport(library));
+  return report["character"].get<std::string>();
 }
 
 }  // namespace sinew::motion_report
