@@ -22,7 +22,7 @@ inline constexpr int kImporterVersion = 3;
 
 // How far an import is.
 struct ImportProgress {
-  int done = 0;  // files
+  int done = 0;  // files, their mirror images as well
   int total = 0;
   const ClipReport* last = nullptr;  // the file that was just finished
 };
@@ -73,7 +73,8 @@ struct ImportOptions {
 // Errors: INVALID_ARGUMENT if options are out of range, the character has no
 // feet, or no file could be imported (the report is written, the library stays
 // what it was); CANCELLED (what was finished is kept for the next time);
-// FAILED_PRECONDITION if another import holds the folder; those of the disk.
+// FAILED_PRECONDITION if another import holds the folder; DATA_LOSS if a cached
+// clip was altered (the next import makes it anew); those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

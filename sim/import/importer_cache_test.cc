@@ -66,6 +66,23 @@ TEST_F(ImporterCacheTest, ReadsAgainOnlyWhatChangedAndDropsWhatIsGone) {
               SizeIs(4));
 }
 
+TEST_F(ImporterCacheTest, KnowsAClipUnderAnotherNameOfItsKind) {
+  Import({WriteTestFile("first.TXT", testing::MarchJson()),
+          WriteTestFile("plain", testing::LyingJson())},
+         "renamed");
+
+  const auto library =
+      Import({WriteTestFile("second.txt", testing::MarchJson()),
+              WriteTestFile("folder.2/bare", testing::LyingJson())},
+             "renamed");
+
+  for (const ClipReport& report : reports_) {
+    EXPECT_TRUE(report.from_cache) << report.name;
+  }
+  EXPECT_EQ(library->clip(0).name(), "second");
+  EXPECT_EQ(library->clip(1).name(), "bare");
+}
+
 TEST_F(ImporterCacheTest, ReadsEverythingAgainWithOtherOptions) {
   const std::vector<std::string> files = {
       WriteTestFile("march.txt", testing::MarchJson())};

@@ -299,7 +299,7 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_flag("--no-html", options->no_html, "no report.html");
   command->add_flag("--report-only", options->report_only,
                     "report.json and report.html, no library");
-  command->add_flag("--quiet", options->quiet, "the last line alone");
+  command->add_flag("--quiet", options->quiet, "no progress, no table");
   command->add_option("files", options->files, "clips, or folders of them")
       ->required();
 }
