@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 // Of the entries' own format.
-constexpr int kEntryVersion = 1;
+constexpr int kEntryVersion = 2;
 constexpr int64_t kMaxReportBytes = int64_t{64} << 20;
 // Tensors of an entry that are no frames.
 constexpr char kPositions[] = "preview/positions";
@@ -41,6 +41,23 @@ void AddPreview(const SourcePreview& preview, TensorMap* tensors) {
       HostTensor::Float32({1}, {static_cast<float>(preview.frames_per_second)});
 }
 
+// Takes the preview out of an entry's tensors; empty if it has none, as those
+// of a robot's clip, which has no skeleton of its own.
+SourcePreview TakePreview(TensorMap* tensors) {
+  auto positions = tensors->extract(kPositions);
+  auto parents = tensors->extract(kParents);
+  auto rate = tensors->extract(kRate);
+  SourcePreview preview;
+  if (!positions || !parents || !rate) return preview;
+  const auto values = positions.mapped().float32();
+  preview.positions.assign(values.begin(), values.end());
+  for (const float parent : parents.mapped().float32()) {
+    preview.parents.push_back(static_cast<int>(std::lround(parent)));
+  }
+  preview.frames_per_second = rate.mapped().float32()[0];
+  return preview;
+}
+
 absl::StatusOr<Json> ToJson(const ClipReport& report, const std::string& clip) {
   Json json = {{"version", kEntryVersion},
                {"file", report.file},
@@ -48,7 +65,6 @@ absl::StatusOr<Json> ToJson(const ClipReport& report, const std::string& clip) {
                {"message", std::string(report.status.message())},
                {"duration_s", report.duration_s},
                {"retiming", report.retiming},
-               {"seam_max_rad", report.seam_max_rad},
                {"supported_share", report.supported_share},
                {"warnings", report.warnings},
                {"core_seconds", report.core_seconds},
@@ -79,7 +95,6 @@ absl::StatusOr<ClipReport> FromJson(const Json& json, const std::string& key) {
                    json.at("message").get<std::string>());
   report.duration_s = json.at("duration_s");
   report.retiming = json.at("retiming");
-  report.seam_max_rad = json.at("seam_max_rad");
   report.supported_share = json.at("supported_share");
   report.warnings = json.at("warnings").get<std::vector<std::string>>();
   report.core_seconds = json.at("core_seconds");
@@ -117,7 +132,7 @@ absl::StatusOr<ClipReport> ClipCache::FindReport(const std::string& key) const {
   }
 }
 
-absl::StatusOr<TensorMap> ClipCache::LoadTensors(const std::string& key) const {
+absl::StatusOr<CachedClip> ClipCache::Load(const std::string& key) const {
   SINEW_ASSIGN_OR_RETURN(const Json json,
                          ReadJson(ReportPath(folder_, key), key));
   const std::string path = ClipPath(folder_, key);
@@ -130,33 +145,19 @@ absl::StatusOr<TensorMap> ClipCache::LoadTensors(const std::string& key) const {
         absl::StrCat(path, ": expected SHA-256 ", expected.dump(), ", found ",
                      found, ": altered; the next import makes it anew"));
   }
-  return ParseSafetensors(bytes, path);
+  CachedClip clip;
+  SINEW_ASSIGN_OR_RETURN(clip.frames, ParseSafetensors(bytes, path));
+  clip.preview = TakePreview(&clip.frames);
+  return clip;
 }
 
-absl::StatusOr<TensorMap> ClipCache::LoadFrames(const std::string& key) const {
-  SINEW_ASSIGN_OR_RETURN(TensorMap tensors, LoadTensors(key));
-  for (const char* name : {kPositions, kParents, kRate}) tensors.erase(name);
-  return tensors;
-}
-
-absl::StatusOr<SourcePreview> ClipCache::LoadPreview(
-    const std::string& key) const {
-  SINEW_ASSIGN_OR_RETURN(const TensorMap tensors, LoadTensors(key));
-  SourcePreview preview;
-  const auto positions = tensors.find(kPositions);
-  const auto parents = tensors.find(kParents);
-  const auto rate = tensors.find(kRate);
-  if (positions == tensors.end() || parents == tensors.end() ||
-      rate == tensors.end()) {
-    return preview;  // a robot's clip has no skeleton of its own
-  }
-  const auto values = positions->second.float32();
-  preview.positions.assign(values.begin(), values.end());
-  for (const float parent : parents->second.float32()) {
-    preview.parents.push_back(static_cast<int>(std::lround(parent)));
-  }
-  preview.frames_per_second = rate->second.float32()[0];
-  return preview;
+absl::Status ClipCache::WriteReport(const std::string& key,
+                                    const ClipReport& report,
+                                    const std::string& clip) const {
+  SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, clip));
+  return WriteFileAtomically(ReportPath(folder_, key),
+                             json.dump(-1, ' ', /*ensure_ascii=*/false,
+                                       Json::error_handler_t::replace));
 }
 
 absl::Status ClipCache::Store(const std::string& key, const ClipReport& report,
@@ -166,19 +167,13 @@ absl::Status ClipCache::Store(const std::string& key, const ClipReport& report,
   AddPreview(clip.preview, &tensors);
   const std::string bytes = SerializeSafetensors(tensors);
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(ClipPath(folder_, key), bytes));
-  SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, bytes));
-  return WriteFileAtomically(ReportPath(folder_, key),
-                             json.dump(-1, ' ', /*ensure_ascii=*/false,
-                                       Json::error_handler_t::replace));
+  return WriteReport(key, report, bytes);
 }
 
 absl::Status ClipCache::StoreError(const std::string& key,
                                    const ClipReport& report) const {
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder_));
-  SINEW_ASSIGN_OR_RETURN(const Json json, ToJson(report, ""));
-  return WriteFileAtomically(ReportPath(folder_, key),
-                             json.dump(-1, ' ', /*ensure_ascii=*/false,
-                                       Json::error_handler_t::replace));
+  return WriteReport(key, report, "");
 }
 
 absl::Status ClipCache::KeepOnly(const std::set<std::string>& keys) const {

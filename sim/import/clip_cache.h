@@ -13,6 +13,12 @@
 
 namespace sinew::import {
 
+// What the cache keeps of a clip besides its report.
+struct CachedClip {
+  TensorMap frames;
+  SourcePreview preview;  // empty of a robot's clip
+};
+
 // Clips that were imported before, in the folder cache/ of a library: what
 // makes a second import of the same files do nothing, and of changed ones only
 // what changed. A key is the SHA-256 of everything that the result depends on;
@@ -32,10 +38,9 @@ class ClipCache {
   // or fitting; `file` as it was then.
   absl::StatusOr<ClipReport> FindReport(const std::string& key) const;
 
-  // The frame tensors of a clip; DATA_LOSS if they are not those of the report:
-  // the entry is removed then.
-  absl::StatusOr<TensorMap> LoadFrames(const std::string& key) const;
-  absl::StatusOr<SourcePreview> LoadPreview(const std::string& key) const;
+  // Frames and preview of a clip; DATA_LOSS if they are not those of the
+  // report: the entry is removed then.
+  absl::StatusOr<CachedClip> Load(const std::string& key) const;
 
   // `report` is of `clip` (frames and preview are taken from it).
   absl::Status Store(const std::string& key, const ClipReport& report,
@@ -47,7 +52,8 @@ class ClipCache {
   absl::Status KeepOnly(const std::set<std::string>& keys) const;
 
  private:
-  absl::StatusOr<TensorMap> LoadTensors(const std::string& key) const;
+  absl::Status WriteReport(const std::string& key, const ClipReport& report,
+                           const std::string& clip) const;
 
   const std::string folder_;
 };

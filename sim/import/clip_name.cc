@@ -14,36 +14,16 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "sim/import/detect_format.h"
+#include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
 namespace {
 
-// Bytes of the UTF-8 character that `text` begins with; 0: it is none.
-size_t CharacterLength(absl::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
-  size_t length = 0;
-  if (byte(0) < 0x80) return 1;
-  if (byte(0) >= 0xC2 && byte(0) < 0xE0) length = 2;
-  if (byte(0) >= 0xE0 && byte(0) < 0xF0) length = 3;
-  if (byte(0) >= 0xF0 && byte(0) < 0xF5) length = 4;
-  if (length == 0 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  // Overlong forms, surrogates, beyond the last plane.
-  if (byte(0) == 0xE0 && byte(1) < 0xA0) return 0;
-  if (byte(0) == 0xED && byte(1) > 0x9F) return 0;
-  if (byte(0) == 0xF0 && byte(1) < 0x90) return 0;
-  if (byte(0) == 0xF4 && byte(1) > 0x8F) return 0;
-  return length;
-}
-
 std::string ToUtf8(absl::string_view text) {
   std::string result;
   while (!text.empty()) {
-    const size_t length = CharacterLength(text);
-    // Control characters, too, would garble whatever shows the name.
-    if (length == 0 || absl::ascii_iscntrl(text[0])) {
+    const size_t length = CharacterBytes(text);
+    if (length == 0) {
       absl::StrAppendFormat(&result, "%%%02X", static_cast<uint8_t>(text[0]));
       text.remove_prefix(1);
       continue;

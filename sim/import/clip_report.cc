@@ -68,10 +68,9 @@ Json SourceJson(const v1::ClipSource& source) {
                                                  source.concluded().end())}};
 }
 
-void AddMeasurements(const ClipReport& report, double rate, Json* clip) {
+void AddMeasurements(const ClipReport& report, Json* clip) {
   const v1::ClipInfo& info = report.info;
   (*clip)["seconds"] = Number(report.duration_s);
-  (*clip)["rate"] = rate;
   (*clip)["frames"] = info.num_frames();
   (*clip)["loops"] = info.loops();
   (*clip)["trial"] = info.trial();
@@ -94,14 +93,14 @@ void AddMeasurements(const ClipReport& report, double rate, Json* clip) {
   (*clip)["cache_key"] = report.cache_key;
 }
 
-Json ClipJson(const ClipReport& report, double rate) {
+Json ClipJson(const ClipReport& report) {
   Json clip = {{"file", report.file},
                {"name", report.name},
                {"status", StatusName(report.verdict.status)},
                {"reason", report.verdict.reason},
                {"findings", report.verdict.findings},
                {"warnings", report.warnings}};
-  if (report.measured()) AddMeasurements(report, rate, &clip);
+  if (report.measured()) AddMeasurements(report, &clip);
   return clip;
 }
 
@@ -125,7 +124,7 @@ Json ReportJson(absl::Span<const ClipReport> reports,
   for (const ClipReport& report : reports) {
     const std::string status(StatusName(report.verdict.status));
     counts[status] = counts[status].get<int>() + 1;
-    clips.push_back(ClipJson(report, rate));
+    clips.push_back(ClipJson(report));
   }
   return {{"character", character},
           {"frames_per_second", rate},

@@ -16,18 +16,16 @@ namespace sinew::import {
 struct ClipReport {
   std::string file;  // path as given
   std::string name;
-  // OK: the clip is in the library. Else why not: FAILED_PRECONDITION if the
+  // OK: good enough for the library. Else why not: FAILED_PRECONDITION if the
   // quality gate rejected it (`info` is complete then), else the error of
   // reading or fitting it.
   absl::Status status;
   Verdict verdict;
   // Of a clip that was measured: its entry in the manifest.
   v1::ClipInfo info;
-  double duration_s = 0;  // in the source
+  double duration_s = 0;  // of the motion
   // Speed against the source, from rounding to whole frames.
   double retiming = 1;
-  // Largest joint rotation that closing the loop spread over the clip, rad.
-  double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
   // Things worth knowing, one sentence each; they do not change the status.
@@ -52,7 +50,7 @@ struct ClipReport {
 //      "file", "name", "status": "ok" | "warned" | "rejected", "reason",
 //      "warnings": [...], "findings": [...],          of the gate, as sentences
 //      and, of a clip that was measured:
-//      "seconds", "rate", "frames", "loops", "trial",
+//      "seconds", "frames", "loops", "trial", "retiming", "supported_percent",
 //      "source": {"format", "frames_per_second", "metres_per_unit", "up_axis",
 //                 "quaternion_order", "map", "concluded": [...]},
 //      "figures": {...},                              see kFigures in the .cc

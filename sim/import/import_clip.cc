@@ -64,17 +64,14 @@ absl::StatusOr<ImportedClip> Finish(const ImportModel& model, const Clip& clip,
   ImportedClip imported;
   Dynamics dynamics(model);
   if (HasEdits(options.edits)) {
-    const MotionMirror none;
     SINEW_RETURN_IF_ERROR(
-        ApplyEdits(options.mirror == nullptr ? none : *options.mirror,
-                   options.edits, &dynamics, &played));
+        ApplyEdits(*options.mirror, options.edits, &dynamics, &played));
   }
   imported.frames = MakeClipFrames(&dynamics, played.motion, played.frames);
   FillInfo(played, clip.name, clip.facts, &imported.info);
   imported.preview = MakePreview(played);
-  imported.duration_s = clip.duration();
+  imported.duration_s = played.motion.frames() / played.motion.rate;
   imported.retiming = played.retiming;
-  imported.seam_max_rad = played.seam_max_rad;
   imported.supported_share = played.supported_share;
   imported.warnings = std::move(played.warnings);
   return imported;

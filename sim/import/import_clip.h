@@ -40,7 +40,7 @@ struct ClipOptions {
   const v1::SkeletonMap* map = nullptr;
   // What to do with the clip once it is on the character.
   EditOptions edits = {};
-  // Of the character; must be set if edits.mirror.
+  // Of the character; must be set if there are edits.
   const MotionMirror* mirror = nullptr;
 };
 
@@ -51,11 +51,9 @@ struct ImportedClip {
   // source_file, source_sha256, provenance, licence, trial.
   v1::ClipInfo info;
   SourcePreview preview;
-  double duration_s = 0;  // in the source
+  double duration_s = 0;  // of the motion, edits applied
   // Speed against the source, from rounding to whole frames.
   double retiming = 1;
-  // Largest joint rotation that closing the loop spread over the clip, rad.
-  double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
   // Things worth a look, one sentence each.

@@ -1,7 +1,6 @@
 #include "sim/import/import_job.h"
 
 #include <mujoco/mujoco.h>
-#include <time.h>
 
 #include <optional>
 #include <utility>
@@ -12,23 +11,14 @@
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "common/thread_seconds.h"
 #include "sim/import/clip_name.h"
 #include "sim/import/detect_format.h"
 #include "sim/import/import_clip.h"
+#include "sim/import/retarget/retarget.h"
 
 namespace sinew::import {
 namespace {
-
-// Map of a skeleton that no known map fits (retarget.h).
-constexpr char kDraftName[] = "draft";
-
-// Seconds that this thread has computed.
-double ThreadSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) +
-         1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // A field of a text whose parts cannot run into each other.
 void AddField(absl::string_view name, absl::string_view value,
@@ -43,7 +33,7 @@ std::string Key(const ImportContext& context, const ImportJob& job) {
   AddField("companions", job.companions_sha256, &text);
   AddField("mirrored", job.mirrored ? "yes" : "no", &text);
   // Formats without a signature are told apart by the extension.
-  AddField("kind", job.file.substr(job.file.find_last_of("./") + 1), &text);
+  AddField("kind", LowerCaseExtension(job.file), &text);
   return Sha256Hex(text);
 }
 
@@ -83,7 +73,7 @@ absl::StatusOr<ImportedClip> Import(const ImportContext& context,
   if (context.options.map) options.map = &*context.options.map;
   options.edits = context.options.edits;
   options.edits.mirror = job.mirrored;
-  options.mirror = context.mirror;
+  options.mirror = &context.mirror;
   return ImportClip(context.model, *source, options);
 }
 
@@ -116,27 +106,6 @@ void Dress(const ImportContext& context, const ImportJob& job,
   info.set_licence(context.options.licence);
 }
 
-void Judge(ClipReport* report) {
-  if (!report->status.ok()) {
-    report->verdict.status = ClipStatus::kRejected;
-    report->verdict.reason = std::string(report->status.message());
-    return;
-  }
-  report->verdict = JudgeQuality(report->info.quality());
-  Verdict& verdict = report->verdict;
-  if (verdict.status == ClipStatus::kOk &&
-      report->info.source().map() == kDraftName) {
-    verdict.status = ClipStatus::kWarned;
-    verdict.reason =
-        "no known skeleton map fits; one was drafted from joint names and "
-        "rest pose";
-  }
-  if (report->verdict.status == ClipStatus::kRejected) {
-    report->status = absl::FailedPreconditionError(
-        absl::StrCat(report->file, ": ", report->verdict.reason));
-  }
-}
-
 ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
                     const std::string& key, const std::string& name) {
   ClipReport report;
@@ -156,7 +125,6 @@ ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
   report.info = clip->info;
   report.duration_s = clip->duration_s;
   report.retiming = clip->retiming;
-  report.seam_max_rad = clip->seam_max_rad;
   report.supported_share = clip->supported_share;
   report.warnings = clip->warnings;
   report.cache_key = key;
@@ -165,6 +133,27 @@ ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
 }
 
 }  // namespace
+
+void Judge(const ImportOptions& options, ClipReport* report) {
+  if (!report->status.ok()) {
+    report->verdict.status = ClipStatus::kRejected;
+    report->verdict.reason = std::string(report->status.message());
+    return;
+  }
+  report->verdict = JudgeQuality(report->info.quality());
+  Verdict& verdict = report->verdict;
+  if (!options.map && verdict.status == ClipStatus::kOk &&
+      report->info.source().map() == kDraftName) {
+    verdict.status = ClipStatus::kWarned;
+    verdict.reason =
+        "no known skeleton map fits; one was drafted from joint names and "
+        "rest pose";
+  }
+  if (report->verdict.status == ClipStatus::kRejected) {
+    report->status = absl::FailedPreconditionError(
+        absl::StrCat(report->file, ": ", report->verdict.reason));
+  }
+}
 
 ImportJob MakeJob(const std::string& file, const ReadClipOptions& options) {
   ImportJob job;
@@ -220,7 +209,7 @@ ClipReport RunJob(const ImportContext& context, const ImportJob& job,
   ClipReport report =
       usable ? *std::move(found) : RunFresh(context, job, key, name);
   Dress(context, job, name, &report);
-  Judge(&report);
+  Judge(context.options, &report);
   return report;
 }
 

@@ -31,12 +31,17 @@ struct ImportContext {
   // its result depends on.
   std::string options_sha256;
   const ClipCache& cache;
-  // Of the character; null: it has none.
-  const MotionMirror* mirror = nullptr;
+  // Of the character; empty unless options.edits.mirror.
+  const MotionMirror& mirror;
 };
 
 // What a clip's mirror image is called: NAME_mirror.
 inline constexpr char kMirrorSuffix[] = "_mirror";
+
+// Fills a report's verdict from its figures or, if it is not OK, its status; a
+// clip that the quality gate rejects gets FAILED_PRECONDITION. A map that the
+// import drafted itself is worth a warning. Pure.
+void Judge(const ImportOptions& options, ClipReport* report);
 
 // The digest for ImportContext.
 std::string OptionsDigest(const std::string& character_digest,

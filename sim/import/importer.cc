@@ -70,21 +70,21 @@ class Telling {
   int done_ SINEW_GUARDED_BY(mu_) = 0;
 };
 
-ClipReport Refused(const ImportJob& job, const absl::Status& status) {
+ClipReport Refused(const ImportContext& context, const ImportJob& job,
+                   const absl::Status& status) {
   ClipReport report;
   report.file = job.file;
   report.name = ClipName(job.file);
   report.status = status;
-  report.verdict.status = ClipStatus::kRejected;
-  report.verdict.reason = std::string(status.message());
+  Judge(context.options, &report);
   return report;
 }
 
 // The clip of a job if it has a name.
 ClipReport RunNamed(const ImportContext& context, const ImportJob& job,
                     const absl::StatusOr<std::string>& name) {
-  if (!job.readable.ok()) return Refused(job, job.readable);
-  if (!name.ok()) return Refused(job, name.status());
+  if (!job.readable.ok()) return Refused(context, job, job.readable);
+  if (!name.ok()) return Refused(context, job, name.status());
   ClipReport report = RunJob(context, job, *name);
   const std::string plain = ClipName(job.file);
   if (*name != plain && report.measured()) {
@@ -229,7 +229,7 @@ absl::Status ImportFiles(const character::Character& character,
   }
   const ImportContext context{model, options,
                               OptionsDigest(character.digest(), options), cache,
-                              &mirror};
+                              mirror};
   const int threads = options.threads > 0 ? options.threads : AvailableCpus();
   *reports = RunJobs(context, files, threads);
   if (options.stop.stop_requested()) {

@@ -18,11 +18,11 @@ namespace sinew::import {
 
 // Bumped with every change of readers, maps, retargeting or figures that
 // changes results: entries of other versions are not taken from the cache.
-inline constexpr int kImporterVersion = 2;
+inline constexpr int kImporterVersion = 3;
 
 // How far an import is.
 struct ImportProgress {
-  int done = 0;  // files
+  int done = 0;  // files, their mirror images as well
   int total = 0;
   const ClipReport* last = nullptr;  // the file that was just finished
 };
@@ -73,7 +73,8 @@ struct ImportOptions {
 // Errors: INVALID_ARGUMENT if options are out of range, the character has no
 // feet, or no file could be imported (the report is written, the library stays
 // what it was); CANCELLED (what was finished is kept for the next time);
-// FAILED_PRECONDITION if another import holds the folder; those of the disk.
+// FAILED_PRECONDITION if another import holds the folder; DATA_LOSS if a cached
+// clip was altered (the next import makes it anew); those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

@@ -37,9 +37,8 @@ absl::Status WriteLibrary(const character::Character& character,
   TensorMap frames;
   for (const ClipReport& report : reports) {
     if (!report.status.ok()) continue;
-    SINEW_ASSIGN_OR_RETURN(const TensorMap clip,
-                           cache.LoadFrames(report.cache_key));
-    AppendFrames(clip, &frames);
+    SINEW_ASSIGN_OR_RETURN(const CachedClip clip, cache.Load(report.cache_key));
+    AppendFrames(clip.frames, &frames);
     v1::ClipInfo* info = manifest.add_clips();
     *info = report.info;
     info->set_first_frame(manifest.num_frames());

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
 #include "sim/character/character.h"
 #include "sim/import/retarget/import_model.h"
 #include "sim/import/testing/made_clips.h"
@@ -24,6 +25,8 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
+using ::sinew::testing::WriteTestFile;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -50,17 +53,6 @@ ReadClipOptions As(const std::string& format) {
 
 class ReadClipTest : public ::testing::Test {
  protected:
-  static std::string Path(const std::string& name) {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    return JoinPath(JoinPath(::testing::TempDir(), test->name()), name);
-  }
-  static std::string Write(const std::string& name, const std::string& text) {
-    const std::string path = Path(name);
-    EXPECT_THAT(MakeDirectories(path.substr(0, path.find_last_of('/'))),
-                IsOk());
-    EXPECT_THAT(WriteFileAtomically(path, text), IsOk());
-    return path;
-  }
   static absl::StatusOr<Source> Read(const std::string& path,
                                      const ReadClipOptions& options = {},
                                      const ImportModel* model = nullptr) {
@@ -71,20 +63,20 @@ class ReadClipTest : public ::testing::Test {
 };
 
 TEST_F(ReadClipTest, ReadsWhatTheContentSaysWhateverTheName) {
-  const auto march = Read(Write("march.bvh", testing::MarchJson()));
+  const auto march = Read(WriteTestFile("march.bvh", testing::MarchJson()));
   ASSERT_THAT(march, IsOk());
   EXPECT_EQ(std::get<SourceClip>(*march).facts.format(), "deepmimic");
 
-  const auto rise = Read(Write("rise.txt", kBvh));
+  const auto rise = Read(WriteTestFile("rise.txt", kBvh));
   ASSERT_THAT(rise, IsOk());
   EXPECT_EQ(std::get<SourceClip>(*rise).facts.format(), "bvh");
   EXPECT_EQ(std::get<SourceClip>(*rise).name, "clip");
 }
 
 TEST_F(ReadClipTest, ReadsAsToldWhateverTheContent) {
-  EXPECT_THAT(Read(Write("rise.bvh", kBvh), As("deepmimic")),
+  EXPECT_THAT(Read(WriteTestFile("rise.bvh", kBvh), As("deepmimic")),
               StatusIs(kInvalid, HasSubstr("rise.bvh: expected JSON")));
-  EXPECT_THAT(Read(Write("rise.bvh", kBvh), As("bvhh")),
+  EXPECT_THAT(Read(WriteTestFile("rise.bvh", kBvh), As("bvhh")),
               StatusIs(kInvalid, HasSubstr("format: expected one of")));
 }
 
@@ -93,7 +85,7 @@ TEST_F(ReadClipTest, HandsOverridesToTheReader) {
   options.read.metres_per_unit = 0.02;
   options.read.frames_per_second = 60;
 
-  const auto rise = Read(Write("rise.bvh", kBvh), options);
+  const auto rise = Read(WriteTestFile("rise.bvh", kBvh), options);
 
   ASSERT_THAT(rise, IsOk());
   const auto& clip = std::get<SourceClip>(*rise);
@@ -107,56 +99,59 @@ TEST_F(ReadClipTest, HandsOverridesToTheReader) {
 TEST_F(ReadClipTest, RefusesOverridesThatMakeNoSense) {
   ReadClipOptions options;
   options.read.up_axis = 'w';
-  EXPECT_THAT(Read(Write("rise.bvh", kBvh), options),
+  EXPECT_THAT(Read(WriteTestFile("rise.bvh", kBvh), options),
               StatusIs(kInvalid, HasSubstr("up axis")));
 }
 
 TEST_F(ReadClipTest, AnAmcNeedsItsSkeleton) {
-  const std::string amc = Write("13_30.amc", ":FULLY-SPECIFIED\n:DEGREES\n1\n");
+  const std::string amc =
+      WriteTestFile("13_30.amc", ":FULLY-SPECIFIED\n:DEGREES\n1\n");
   EXPECT_THAT(Read(amc), StatusIs(kInvalid, HasSubstr("(--asf), found none")));
   EXPECT_THAT(CompanionFiles(amc, ":FULLY-SPECIFIED\n", {}),
               StatusIs(kInvalid, HasSubstr("13_30.amc")));
   ReadClipOptions absent;
-  absent.asf = Path("none.asf");
+  absent.asf = TestPath("none.asf");
   EXPECT_THAT(Read(amc, absent),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("none.asf")));
 
-  const std::string asf = Write("13.asf", ":version 1.10\n");
+  const std::string asf = WriteTestFile("13.asf", ":version 1.10\n");
   EXPECT_THAT(CompanionFiles(amc, ":FULLY-SPECIFIED\n", {}),
               IsOkAndHolds(ElementsAre(asf)));
   EXPECT_THAT(CompanionFiles(amc, kBvh, As("bvh")), IsOkAndHolds(IsEmpty()));
 }
 
 TEST_F(ReadClipTest, ARobotsRecordingNeedsTheRobot) {
-  const std::string csv = Write("walk.csv", "0,0,1,0,0,0,1,0.1\n");
+  const std::string csv = WriteTestFile("walk.csv", "0,0,1,0,0,0,1,0.1\n");
   EXPECT_THAT(Read(csv),
               StatusIs(kInvalid, HasSubstr("takes the robot's model")));
 }
 
 TEST_F(ReadClipTest, SaysWhyTrainingArraysAreNoRecording) {
-  EXPECT_THAT(Read(Write("walk.npz", "PK\x03\x04 joint_pos.npy")),
+  EXPECT_THAT(Read(WriteTestFile("walk.npz", "PK\x03\x04 joint_pos.npy")),
               StatusIs(kInvalid, HasSubstr("joints have no names")));
 }
 
 TEST_F(ReadClipTest, FoldersAreWalkedForClips) {
-  const std::string march = Write("in/b/march.txt", testing::MarchJson());
-  const std::string rise = Write("in/a b/rise.BVH", kBvh);
-  const std::string table = Write("in/robot.csv", "x,y,z\n0.1,0.2,0.3\n");
-  Write("in/SOURCE.txt", "These clips were recorded by ...");
-  Write("in/labels.csv", "motion,subject,description\n02_01,2,walk\n");
-  Write("in/body.xml", "<mujoco><worldbody/></mujoco>");
-  Write("in/02.asf", ":version 1.10");
-  Write("in/picture.png", "\x89PNG");
-  const std::string notes = Write("notes.txt", "no clip");
+  const std::string march =
+      WriteTestFile("in/b/march.txt", testing::MarchJson());
+  const std::string rise = WriteTestFile("in/a b/rise.BVH", kBvh);
+  const std::string table =
+      WriteTestFile("in/robot.csv", "x,y,z\n0.1,0.2,0.3\n");
+  WriteTestFile("in/SOURCE.txt", "These clips were recorded by ...");
+  WriteTestFile("in/labels.csv", "motion,subject,description\n02_01,2,walk\n");
+  WriteTestFile("in/body.xml", "<mujoco><worldbody/></mujoco>");
+  WriteTestFile("in/02.asf", ":version 1.10");
+  WriteTestFile("in/picture.png", "\x89PNG");
+  const std::string notes = WriteTestFile("notes.txt", "no clip");
 
-  EXPECT_THAT(
-      ExpandFolders({notes, Path("in"), Path("absent.bvh")}),
-      IsOkAndHolds(ElementsAre(notes, rise, march, table, Path("absent.bvh"))));
+  EXPECT_THAT(ExpandFolders({notes, TestPath("in"), TestPath("absent.bvh")}),
+              IsOkAndHolds(ElementsAre(notes, rise, march, table,
+                                       TestPath("absent.bvh"))));
 }
 
 TEST_F(ReadClipTest, AFolderWithoutClipsIsAnError) {
-  Write("in/readme.txt", "nothing here");
-  EXPECT_THAT(ExpandFolders({Path("in")}),
+  WriteTestFile("in/readme.txt", "nothing here");
+  EXPECT_THAT(ExpandFolders({TestPath("in")}),
               StatusIs(absl::StatusCode::kNotFound,
                        HasSubstr("expected motion clips in this folder")));
 }

@@ -15,11 +15,18 @@
 #include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
 #include "common/status_macros.h"
+#include "common/thread_seconds.h"
 #include "tools/bench/raw_physics.h"
-#include "tools/bench/thread_seconds.h"
 
 namespace sinew::bench {
 namespace {
+
+// Middle value; NaN-free, not empty.
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 // One value per round.
 struct Rounds {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/status_macros.h"
+#include "common/thread_seconds.h"
 #include "sim/character/character.h"
 
 namespace sinew {
@@ -49,18 +49,10 @@ void Place(const Body& body, bool lying) {
   root[5] *= -1;
 }
 
-// Of this thread's own time: others on the machine do not count.
-double CpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) +
-         1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Seconds of one fall: joints pulled to the default pose.
 double Fall(const Body& body, bool lying, int steps) {
   Place(body, lying);
-  const double begin = CpuSeconds();
+  const double begin = ThreadSeconds();
   for (int i = 0; i < steps; ++i) {
     for (const character::JointInfo& joint : body.character->joints()) {
       body.data->qfrc_applied[joint.dof_address] =
@@ -70,7 +62,7 @@ double Fall(const Body& body, bool lying, int steps) {
     }
     mj_step(body.character->model(), body.data.get());
   }
-  return CpuSeconds() - begin;
+  return ThreadSeconds() - begin;
 }
 
 absl::Status Run(const std::string& name, int repeats) {

@@ -153,6 +153,47 @@ def sinew_cc_fuzz_test(name, code, deps, srcs = None, seeds = [], data = [], run
         **kwargs
     )
 
+def sinew_page_files(name, files, namespace, **kwargs):
+    """A page's files as string constants of a header, `<name>.h`.
+
+    Args:
+      name: of the library.
+      files: names of the constants to labels of the files.
+      namespace: that the constants are in.
+      **kwargs: cc_library's other arguments.
+    """
+    header = name + ".h"
+    guard = "SINEW_%s_%s_H_" % (
+        native.package_name().upper().replace("/", "_"),
+        name.upper(),
+    )
+    lines = [
+        "echo '#ifndef %s'" % guard,
+        "echo '#define %s'" % guard,
+        "echo 'namespace %s {'" % namespace,
+    ]
+    for constant, label in files.items():
+        lines += [
+            "echo 'inline constexpr char %s[] = R\"page_file('" % constant,
+            "cat $(execpath %s)" % label,
+            "echo ')page_file\";'",
+        ]
+    lines += [
+        "echo '}  // namespace %s'" % namespace,
+        "echo '#endif'",
+    ]
+    native.genrule(
+        name = name + "_gen",
+        srcs = files.values(),
+        outs = [header],
+        cmd = "{\n" + "\n".join(lines) + "\n} > $@",
+    )
+    native.cc_library(
+        name = name,
+        hdrs = [header],
+        **kwargs
+    )
+
 def _schema(label):
     """The label of a proto library's .proto files, its deps' included."""
     if ":" in label:

@@ -29,7 +29,8 @@ absl::StatusOr<Json> ReadReport(const std::string& library) {
                          ReadFile(path, kMaxReportBytes));
   Json report = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!report.is_object() || !report.value("clips", Json()).is_array() ||
-      !report.value("frames_per_second", Json()).is_number()) {
+      !report.value("frames_per_second", Json()).is_number() ||
+      !report.value("character", Json()).is_string()) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": expected the report of an import"));
   }
@@ -86,18 +87,20 @@ class Showing {
         return absl::CancelledError("report: stopped before its end");
       }
       if (full_ && (drawn_ >= options_.pictures || !note_.empty())) break;
-      const Json cache_key = (*clips)[i].value("cache_key", Json());
+      Json& clip = (*clips)[i];
+      const Json cache_key = clip.value("cache_key", Json());
       if (!cache_key.is_string()) continue;
       const std::string key = cache_key.get<std::string>();
       if (key.empty()) continue;
-      const auto frames = cache_.LoadFrames(key);
-      if (!frames.ok()) {
-        (*clips)[i]["note"] = std::string(frames.status().message());
+      const auto loaded = cache_.Load(key);
+      if (!loaded.ok()) {
+        clip["note"] = std::string(loaded.status().message());
         continue;
       }
-      AddStrip(*frames, &(*clips)[i]);
-      if (drawn_ > 0 && options_.on_picture) options_.on_picture(drawn_, total);
-      AddTrajectory(*frames, key, i, &(*clips)[i]);
+      if (AddStrip(loaded->frames, &clip) && options_.on_picture) {
+        options_.on_picture(drawn_, total);
+      }
+      AddTrajectory(*loaded, &clip);
     }
     return absl::OkStatus();
   }
@@ -106,31 +109,30 @@ class Showing {
   const std::string& note() const { return note_; }
 
  private:
-  void AddStrip(const TensorMap& frames, Json* clip) {
-    if (drawn_ >= options_.pictures || !note_.empty()) return;
+  // True if it has drawn one.
+  bool AddStrip(const TensorMap& frames, Json* clip) {
+    if (drawn_ >= options_.pictures || !note_.empty()) return false;
     if (drawer_ == nullptr) {
       auto drawer = StripDrawer::Create(character_);
       if (!drawer.ok()) {
         note_ = std::string(drawer.status().message());
-        return;
+        return false;
       }
       drawer_ = *std::move(drawer);
     }
     const auto strip = drawer_->Draw(frames, rate_);
     if (!strip.ok()) {
       (*clip)["note"] = std::string(strip.status().message());
-      return;
+      return false;
     }
     (*clip)["strip"] = *strip;
     ++drawn_;
+    return true;
   }
 
-  void AddTrajectory(const TensorMap& frames, const std::string& key, size_t i,
-                     Json* clip) {
+  void AddTrajectory(const import::CachedClip& loaded, Json* clip) {
     if (full_) return;
-    const auto preview = cache_.LoadPreview(key);
-    auto trajectory = MakeTrajectory(
-        frames, rate_, preview.ok() ? *preview : import::SourcePreview());
+    auto trajectory = MakeTrajectory(loaded.frames, rate_, loaded.preview);
     if (!trajectory.ok()) {
       (*clip)["note"] = std::string(trajectory.status().message());
       return;
@@ -141,7 +143,6 @@ class Showing {
       return;
     }
     (*clip)["trajectory"] = shown_.size();
-    (*clip)["index"] = i;
     shown_.push_back(*std::move(trajectory));
   }
 
@@ -177,6 +178,11 @@ absl::StatusOr<std::string> WriteMotionReport(
   SINEW_RETURN_IF_ERROR(
       WriteFileAtomically(path, MakePage(report, showing.TakeTrajectories())));
   return path;
+}
+
+absl::StatusOr<std::string> ReportedCharacter(const std::string& library) {
+  SINEW_ASSIGN_OR_RETURN(const Json report, ReadReport(library));
+  return report["character"].get<std::string>();
 }
 
 }  // namespace sinew::motion_report

@@ -39,6 +39,10 @@ absl::StatusOr<std::string> WriteMotionReport(
     const character::Character& character, const std::string& library,
     const MotionReportOptions& options, const StopToken& stop);
 
+// Name of the character that LIB/report.json is about. Blocking: on the disk.
+// Errors: NOT_FOUND, INVALID_ARGUMENT as above.
+absl::StatusOr<std::string> ReportedCharacter(const std::string& library);
+
 }  // namespace sinew::motion_report
 
 #endif  // SINEW_TOOLS_MOTION_REPORT_MOTION_REPORT_H_

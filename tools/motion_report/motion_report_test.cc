@@ -5,6 +5,7 @@
 #include <mujoco/mujoco.h>
 #include <stb/stb_image.h>
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <set>
@@ -15,7 +16,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
 #include "common/files.h"
-#include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "nlohmann/json.hpp"
 #include "sim/character/character.h"
@@ -25,6 +25,7 @@
 #include "tools/motion_report/body_shapes.h"
 #include "tools/motion_report/page.h"
 #include "tools/motion_report/trajectory.h"
+#include "tools/report/testing/browser.h"
 
 namespace sinew::motion_report {
 namespace {
@@ -84,6 +85,13 @@ TEST(BodyShapes, AMeshIsACapsuleOrABoxAroundIt) {
   EXPECT_NEAR(shapes[0]["size"][0], 0.05, 1e-6);  // radius
   EXPECT_NEAR(shapes[0]["size"][1], 0.45, 1e-6);  // half length without caps
   EXPECT_NEAR(shapes[0]["position"][0], 0.5, 1e-6);
+  // Capsules lie along z.
+  const auto rotation = shapes[0]["rotation"].get<std::vector<double>>();
+  ASSERT_THAT(rotation, SizeIs(4));
+  const double z[3] = {0, 0, 1};
+  double axis[3];
+  mju_rotVecQuat(axis, z, rotation.data());
+  EXPECT_NEAR(std::abs(axis[0]), 1, 1e-3);
   EXPECT_EQ(shapes[1]["type"], "box");
 }
 
@@ -147,6 +155,26 @@ TEST(Trajectory, OfALongFastClipIsItsThinnedBeginning) {
   EXPECT_EQ(shown->frames, 301);
   EXPECT_TRUE(shown->cut);
   EXPECT_EQ(Unpack(shown->body_position)[3 * 30 + 2], 1000);  // after a second
+}
+
+TEST(Trajectory, EndsWhereTheRootLeavesItsReach) {
+  // Walks 40 m along x, 4 m/s.
+  constexpr int kFrames = 301;
+  TensorMap walk = Rising(kFrames, 30);
+  std::vector<float> position;
+  for (int t = 0; t < kFrames; ++t) {
+    position.insert(position.end(), {3 + 4 * t / 30.0F, 4, 1});
+  }
+  walk["body_position"] = HostTensor::Float32({kFrames, 1, 3}, position);
+
+  const auto shown = MakeTrajectory(walk, 30, {});
+
+  ASSERT_THAT(shown, IsOk());
+  EXPECT_TRUE(shown->cut);
+  EXPECT_EQ(shown->frames, 226);  // 30 m after 7.5 s
+  const std::vector<int16_t> place = Unpack(shown->body_position);
+  ASSERT_THAT(place, SizeIs(3 * 226));
+  EXPECT_EQ(place[3 * 225], 30000);
 }
 
 TEST(Trajectory, HasTheSourceInTheSamePlace) {
@@ -214,27 +242,11 @@ class ImportedLibrary : public ::testing::Test {
   }
 
   // What headless Chromium writes to its standard output.
-  std::string Browse(const std::string& page,
-                     const std::vector<std::string>& flags) {
-    const std::string log = JoinPath(folder_, "browser.log");
-    SINEW_CHECK(RemoveRecursively(log).ok());
-    std::vector<std::string> argv = {
-        "chromium-headless-shell",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--disable-dev-shm-usage",
-        "--hide-scrollbars",
-        "--virtual-time-budget=1500",
-        absl::StrCat("--user-data-dir=", JoinPath(folder_, "profile"))};
-    argv.insert(argv.end(), flags.begin(), flags.end());
-    argv.push_back(absl::StrCat("file://", page));
-    auto browser = Subprocess::Start(
-        {.argv = argv, .environment = {{"HOME", folder_}}, .output_file = log});
-    SINEW_CHECK(browser.ok()) << browser.status().ToString();
-    const auto exit = (*browser)->Wait(absl::Minutes(3));
-    SINEW_CHECK(exit.ok() && exit->ok()) << *ReadFile(log);
-    return *ReadFile(log);
+  std::string Browse(const std::string& page, std::vector<std::string> flags) {
+    flags.insert(flags.begin(),
+                 {"--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                  "--virtual-time-budget=1500"});
+    return report::testing::Browse(page, folder_, flags);
   }
 
   std::string folder_, library_;
@@ -291,8 +303,8 @@ TEST_F(ImportedLibrary, SaysWhatItCannotShow) {
   const auto path = WriteMotionReport(*character_, library_, {}, StopToken());
 
   ASSERT_THAT(path, IsOk());
-  EXPECT_THAT(*ReadFile(*path),
-              AllOf(HasSubstr("\"note\""), Not(HasSubstr("trajectory-0"))));
+  EXPECT_THAT(*ReadFile(*path), AllOf(HasSubstr(JoinPath(library_, "cache/")),
+                                      Not(HasSubstr("trajectory-0"))));
 }
 
 TEST_F(ImportedLibrary, FitsIntoItsMegabytes) {

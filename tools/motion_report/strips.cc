@@ -6,7 +6,6 @@
 
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
-#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "common/status_macros.h"
@@ -83,9 +82,7 @@ absl::StatusOr<std::string> StripDrawer::Draw(const TensorMap& frames,
       render::ReferenceStrip(*renderer_,
                              {poses, static_cast<int>(character_.model()->nq)},
                              kColumns, rate));
-  SINEW_ASSIGN_OR_RETURN(const std::string jpeg,
-                         render::EncodeJpeg(strip, kQuality));
-  return absl::StrCat("data:image/jpeg;base64,", absl::Base64Escape(jpeg));
+  return render::JpegDataUri(strip, kQuality);
 }
 
 }  // namespace sinew::motion_report

@@ -31,9 +31,10 @@ struct Trajectory {
   }
 };
 
-// `frames` as sim/motion/library.h lists them, at `rate` per second. Positions
-// beyond 32 m from where the root begins are held there. INVALID_ARGUMENT: no
-// frames, or tensors of another shape. Pure.
+// `frames` as sim/motion/library.h lists them, at `rate` per second. The clip
+// is cut where the root is more than 30 m from where it begins; positions of
+// other bodies beyond 32.767 m are held there. INVALID_ARGUMENT: no frames, or
+// tensors of another shape. Pure.
 absl::StatusOr<Trajectory> MakeTrajectory(const TensorMap& frames, double rate,
                                           const import::SourcePreview& source);
 

@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "absl/status/status.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
+#include "common/status_macros.h"
 
 namespace sinew::render {
 namespace {
@@ -68,6 +70,11 @@ absl::StatusOr<std::string> EncodeJpeg(const Image& image, int quality) {
                                             " pixels"));
   }
   return bytes;
+}
+
+absl::StatusOr<std::string> JpegDataUri(const Image& image, int quality) {
+  SINEW_ASSIGN_OR_RETURN(const std::string jpeg, EncodeJpeg(image, quality));
+  return absl::StrCat("data:image/jpeg;base64,", absl::Base64Escape(jpeg));
 }
 
 }  // namespace sinew::render

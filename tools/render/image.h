@@ -31,6 +31,9 @@ absl::StatusOr<std::string> EncodePng(const Image& image);
 // INVALID_ARGUMENT: no pixels, or quality out of range.
 absl::StatusOr<std::string> EncodeJpeg(const Image& image, int quality);
 
+// The same as a data URI, for a page that loads nothing. Errors: EncodeJpeg's.
+absl::StatusOr<std::string> JpegDataUri(const Image& image, int quality);
+
 }  // namespace sinew::render
 
 #endif  // SINEW_TOOLS_RENDER_IMAGE_H_

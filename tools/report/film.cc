@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/escaping.h"
-#include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/recording.h"
 #include "tools/render/film_strip.h"
@@ -21,12 +19,6 @@ constexpr int kQuality = 82;
 // Moments beside each other in the sheet: keeps it within what browsers
 // decode on small devices.
 constexpr int kSheetColumns = 6;
-
-absl::StatusOr<std::string> DataUri(const render::Image& image) {
-  SINEW_ASSIGN_OR_RETURN(const std::string jpeg,
-                         render::EncodeJpeg(image, kQuality));
-  return absl::StrCat("data:image/jpeg;base64,", absl::Base64Escape(jpeg));
-}
 
 // Frames of the recording that the sheet shows.
 std::vector<int> Moments(const evaluation::Recording& recording,
@@ -93,8 +85,8 @@ absl::StatusOr<Json> MakeFilm(const evaluation::Subject& subject, int clip,
       {"columns", sheet.width / (2 * options.width)},
       {"width", 2 * options.width},
       {"height", options.height}};
-  SINEW_ASSIGN_OR_RETURN(film["sheet"], DataUri(sheet));
-  SINEW_ASSIGN_OR_RETURN(film["strip"], DataUri(strip));
+  SINEW_ASSIGN_OR_RETURN(film["sheet"], render::JpegDataUri(sheet, kQuality));
+  SINEW_ASSIGN_OR_RETURN(film["strip"], render::JpegDataUri(strip, kQuality));
   return film;
 }
 

@@ -14,7 +14,6 @@
 #include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
-#include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -25,6 +24,7 @@
 #include "tools/report/page.h"
 #include "tools/report/page_data.h"
 #include "tools/report/run_record.h"
+#include "tools/report/testing/browser.h"
 
 namespace sinew::report {
 namespace {
@@ -221,27 +221,12 @@ TEST(Page, LetsNoDataActAsMarkup) {
 
 // --- In a browser ------------------------------------------------------------
 
-// What headless Chromium writes to its standard output.
-std::string Browse(const std::string& page, const std::string& folder,
-                   std::vector<std::string> flags) {
-  const std::string log = JoinPath(folder, "browser.log");
-  SINEW_CHECK(RemoveRecursively(log).ok());
-  std::vector<std::string> argv = {
-      "chromium-headless-shell",
-      "--no-sandbox",
-      "--disable-gpu",
-      "--disable-dev-shm-usage",
-      "--hide-scrollbars",
-      "--virtual-time-budget=2000",
-      absl::StrCat("--user-data-dir=", JoinPath(folder, "profile"))};
-  argv.insert(argv.end(), flags.begin(), flags.end());
-  argv.push_back(absl::StrCat("file://", page));
-  auto browser = Subprocess::Start(
-      {.argv = argv, .environment = {{"HOME", folder}}, .output_file = log});
-  SINEW_CHECK(browser.ok()) << browser.status().ToString();
-  const auto exit = (*browser)->Wait(absl::Minutes(3));
-  SINEW_CHECK(exit.ok() && exit->ok()) << *ReadFile(log);
-  return *ReadFile(log);
+// A browser for a page without WebGL.
+std::string BrowsePage(const std::string& page, const std::string& folder,
+                       std::vector<std::string> flags) {
+  flags.push_back("--disable-gpu");
+  flags.push_back("--virtual-time-budget=2000");
+  return testing::Browse(page, folder, flags);
 }
 
 // Share of the pixels that differ from the picture's corner, and the number
@@ -298,7 +283,7 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
   const auto path = WriteReport({.run = folder_, .clip = "sway"}, StopToken());
   ASSERT_THAT(path, IsOkAndHolds(JoinPath(folder_, "report.html")));
 
-  const std::string dom = Browse(*path, folder_, {"--dump-dom"});
+  const std::string dom = BrowsePage(*path, folder_, {"--dump-dom"});
 
   EXPECT_THAT(dom, HasSubstr("3 clips · toy_recipe"));
   EXPECT_THAT(
@@ -309,8 +294,9 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
   EXPECT_GE(Count(dom, "<svg"), 8u);             // curves and heat map
   EXPECT_GE(Count(dom, "data:image/jpeg"), 2u);  // sheet and strip
   const std::string picture = JoinPath(folder_, "page.png");
-  Browse(*path, folder_,
-         {absl::StrCat("--screenshot=", picture), "--window-size=1200,3000"});
+  BrowsePage(
+      *path, folder_,
+      {absl::StrCat("--screenshot=", picture), "--window-size=1200,3000"});
   const Ink ink = InkOf(picture);
   EXPECT_GT(ink.share, 0.15);
   EXPECT_GT(ink.colours, 500u);

@@ -73,12 +73,6 @@ absl::StatusOr<import::ImportOptions> Importing(const Options& options) {
   return importing;
 }
 
-// Minutes and seconds.
-std::string Duration(double seconds) {
-  const auto whole = static_cast<int>(std::max(0.0, seconds));
-  return absl::StrFormat("%d:%02d", whole / 60, whole % 60);
-}
-
 std::string Cut(const std::string& text, size_t width) {
   if (text.size() <= width) return text;
   // Never within a character.
@@ -111,7 +105,7 @@ class Showing {
     progress_.Show(share,
                    absl::StrFormat("%d of %d files, %d rejected, %s left  %s",
                                    progress.done, progress.total, rejected_,
-                                   Duration(passed * (1 / share - 1)),
+                                   TimeText(passed * (1 / share - 1)),
                                    Cut(last.name, 32)));
   }
 
@@ -161,8 +155,7 @@ void PrintTable(const std::vector<import::ClipReport>& reports) {
   }
 }
 
-void PrintSummary(const std::vector<import::ClipReport>& reports,
-                  const std::string& out) {
+void PrintSummary(const std::vector<import::ClipReport>& reports) {
   int ok = 0, warned = 0, rejected = 0, cached = 0;
   double seconds = 0, core_seconds = 0;
   for (const auto& report : reports) {
@@ -174,9 +167,9 @@ void PrintSummary(const std::vector<import::ClipReport>& reports,
     if (!report.from_cache) core_seconds += report.core_seconds;
   }
   absl::PrintF(
-      "\n%d ok, %d warned, %d rejected; %.1f minutes of motion in %s; %.1f "
-      "core-seconds%s\n",
-      ok, warned, rejected, seconds / 60, out, core_seconds,
+      "\n%d ok, %d warned, %d rejected; %.1f minutes of motion are good "
+      "enough for the library; %.1f core-seconds%s\n",
+      ok, warned, rejected, seconds / 60, core_seconds,
       cached > 0
           ? absl::StrFormat(", %d unchanged files not read again", cached)
           : "");
@@ -222,19 +215,14 @@ absl::Status Run(const Options& options, const StopToken& stop) {
   // Ends the bar's line before the table.
   showing = std::make_unique<Showing>(options.quiet);
   if (!options.quiet) PrintTable(reports);
-  if (absl::IsInvalidArgument(imported) && !reports.empty()) {
-    // Nothing for the library, but reasons to be read.
-    if (!options.no_html) {
-      SINEW_RETURN_IF_ERROR(
-          WritePage(*character, options, showing.get(), stop));
-    }
+  if (imported.ok()) PrintSummary(reports);
+  // Where nothing is good enough for the library, there are reasons to be read.
+  const bool reported =
+      imported.ok() || (absl::IsInvalidArgument(imported) && !reports.empty());
+  if (reported && !options.no_html && (changed || !FileExists(page))) {
+    SINEW_RETURN_IF_ERROR(WritePage(*character, options, showing.get(), stop));
   }
-  SINEW_RETURN_IF_ERROR(imported);
-  PrintSummary(reports, options.out);
-  if (options.no_html || (!changed && FileExists(page))) {
-    return absl::OkStatus();
-  }
-  return WritePage(*character, options, showing.get(), stop);
+  return imported;
 }
 
 void AddReading(CLI::App* command, Options* options) {
@@ -311,7 +299,7 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_flag("--no-html", options->no_html, "no report.html");
   command->add_flag("--report-only", options->report_only,
                     "report.json and report.html, no library");
-  command->add_flag("--quiet", options->quiet, "the last line alone");
+  command->add_flag("--quiet", options->quiet, "no progress, no table");
   command->add_option("files", options->files, "clips, or folders of them")
       ->required();
 }

@@ -12,6 +12,7 @@
 #include "common/status_macros.h"
 #include "sim/import/quality_gate.h"
 #include "sim/motion/library.h"
+#include "tools/evaluation/subject.h"
 
 namespace sinew::tools {
 namespace {
@@ -133,11 +134,8 @@ absl::Status RunInspect(const InspectOptions& options,
     PrintTable(*library);
     return absl::OkStatus();
   }
-  const int clip = library->FindClip(options.clip);
-  if (clip < 0) {
-    return absl::NotFoundError(
-        absl::StrCat(options.library, ": no clip \"", options.clip, "\""));
-  }
+  SINEW_ASSIGN_OR_RETURN(const int clip,
+                         evaluation::FindClip(*library, options.clip));
   PrintDetails(library->clip(clip), library->manifest().frames_per_second());
   return absl::OkStatus();
 }

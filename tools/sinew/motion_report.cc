@@ -7,7 +7,6 @@
 #include "common/config/recipe.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
-#include "sim/motion/library.h"
 #include "tools/motion_report/motion_report.h"
 
 namespace sinew::tools {
@@ -15,16 +14,15 @@ namespace {
 
 struct Options {
   std::string library;
-  std::string character;  // empty: the library's
+  std::string character;  // empty: the report's
   motion_report::MotionReportOptions page;
 };
 
 absl::Status Run(const Options& options, const StopToken& stop) {
   std::string name = options.character;
   if (name.empty()) {
-    SINEW_ASSIGN_OR_RETURN(const auto library,
-                           motion::Library::Load(options.library));
-    name = library->manifest().character();
+    SINEW_ASSIGN_OR_RETURN(name,
+                           motion_report::ReportedCharacter(options.library));
   }
   SINEW_ASSIGN_OR_RETURN(
       const auto character,
@@ -44,7 +42,7 @@ void AddMotionReport(CLI::App& motion, Action& action) {
       motion, "report", "a library's report.html", options, action, Run);
   command->add_option("library", options->library, "folder")->required();
   command->add_option("--character", options->character,
-                      "name or file (default: the library's)");
+                      "name or file (default: the report's)");
   command->add_option("--pictures", options->page.pictures,
                       "clips with pictures (default 24)");
   command->add_option("--clips", options->page.clips,

@@ -21,7 +21,14 @@ std::string Bar(double share, int width) {
                       absl::StrFormat(" %3.0f %%", 100 * share));
 }
 
-std::string Time(double seconds) {
+void WriteToStderr(absl::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace
+
+std::string TimeText(double seconds) {
   const int64_t whole = std::llround(std::max(0.0, seconds));
   if (whole >= 3600) {
     return absl::StrFormat("%d:%02d:%02d", whole / 3600, whole / 60 % 60,
@@ -29,13 +36,6 @@ std::string Time(double seconds) {
   }
   return absl::StrFormat("%d:%02d", whole / 60, whole % 60);
 }
-
-void WriteToStderr(absl::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stderr);
-  std::fflush(stderr);
-}
-
-}  // namespace
 
 std::string ProgressText(const ProgressState& state, int bar_width) {
   std::string text;
@@ -49,7 +49,7 @@ std::string ProgressText(const ProgressState& state, int bar_width) {
   absl::StrAppendFormat(&text, "reward %.3f", state.reward);
   if (!state.evaluation.empty()) absl::StrAppend(&text, "  ", state.evaluation);
   if (state.seconds_left) {
-    absl::StrAppend(&text, "  ", Time(*state.seconds_left), " left");
+    absl::StrAppend(&text, "  ", TimeText(*state.seconds_left), " left");
   }
   if (!state.trouble.empty()) absl::StrAppend(&text, "  ! ", state.trouble);
   return text;

@@ -29,6 +29,9 @@ struct ProgressState {
   std::string trouble;
 };
 
+// "4:05", from an hour on "1:02:05"; negative seconds are none. Pure.
+std::string TimeText(double seconds);
+
 // One line, without its end: bar, iteration, samples, speed, reward, success,
 // time left. Pure.
 std::string ProgressText(const ProgressState& state, int bar_width);

@@ -44,6 +44,13 @@ TEST(ProgressTest, ShowsShareTimeLeftSuccessAndTrouble) {
   EXPECT_THAT(text, EndsWith("! 1 saves have failed"));
 }
 
+TEST(ProgressTest, TellsTimesInMinutesAndFromAnHourOnInHours) {
+  EXPECT_EQ(TimeText(-1), "0:00");
+  EXPECT_EQ(TimeText(59.6), "1:00");
+  EXPECT_EQ(TimeText(3599), "59:59");
+  EXPECT_EQ(TimeText(36000), "10:00:00");
+}
+
 class ShownProgressTest : public ::testing::Test {
  protected:
   Progress::Options Options(bool is_terminal) {

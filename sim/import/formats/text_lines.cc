@@ -13,7 +13,17 @@ namespace {
 
 constexpr size_t kMaxQuotedBytes = 40;
 
-// Bytes of the UTF-8 character at the front of `text`, 0 if there is none.
+bool IsReadable(absl::string_view text) {
+  while (!text.empty()) {
+    const size_t bytes = CharacterBytes(text);
+    if (bytes == 0) return false;
+    text.remove_prefix(bytes);
+  }
+  return true;
+}
+
+}  // namespace
+
 size_t CharacterBytes(absl::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
   if (lead < 0x80) return lead >= 0x20 && lead != 0x7f ? 1 : 0;
@@ -30,17 +40,6 @@ size_t CharacterBytes(absl::string_view text) {
   }
   return bytes;
 }
-
-bool IsReadable(absl::string_view text) {
-  while (!text.empty()) {
-    const size_t bytes = CharacterBytes(text);
-    if (bytes == 0) return false;
-    text.remove_prefix(bytes);
-  }
-  return true;
-}
-
-}  // namespace
 
 TextLines::TextLines(absl::string_view bytes)
     : rest_(absl::StripPrefix(bytes, "\xef\xbb\xbf")) {}

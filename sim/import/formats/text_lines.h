@@ -54,6 +54,11 @@ class TextLines {
   int64_t number_ = 0;
 };
 
+// Bytes of the UTF-8 character at the front of `text`, which is not empty; 0 if
+// there is none or it is a control character, which would garble whatever shows
+// it.
+size_t CharacterBytes(absl::string_view text);
+
 // Takes the next word, that is up to white space, off the front of `text`;
 // empty at the end.
 absl::string_view TakeWord(absl::string_view* text);

@@ -25,8 +25,6 @@ using Eigen::VectorXd;
 
 // Drift of a source quaternion's norm that is worth a word.
 constexpr double kDriftWarning = 0.01;
-// Name of maps that nobody has looked at.
-constexpr char kDraftName[] = "draft";
 
 void Warn(const SourceClip& clip, const BodyMap& map,
           std::vector<std::string>* warnings) {

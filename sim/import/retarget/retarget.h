@@ -15,6 +15,9 @@
 
 namespace sinew::import {
 
+// Name of maps that nobody has looked at.
+inline constexpr char kDraftName[] = "draft";
+
 struct RetargetOptions {
   // Frames per second of the motion, > 0 and at most 1000.
   double rate = 30;

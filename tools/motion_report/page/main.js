@@ -13,7 +13,7 @@ function lead() {
   const seconds = report.clips.filter((clip) => clip.status !== "rejected")
       .reduce((sum, clip) => sum + (isNumber(clip.seconds) ? clip.seconds : 0), 0);
   return h("p", {class: "lead"}, h("b", {}, `${ok + warned} of ${all} clips`),
-      ` are in the library: `, h("b", {}, `${short(seconds / 60)} minutes`),
+      ` are good enough for the library: `, h("b", {}, `${short(seconds / 60)} minutes`),
       ` of motion for ${report.character} at ${report.frames_per_second} frames per second. `,
       warned ? `${warned} of them are worth a look. ` : "",
       rejected ? h("b", {}, `${rejected} ${rejected === 1 ? "was" : "were"} rejected.`) : "");
