@@ -154,7 +154,7 @@ std::vector<std::vector<Lock>> FindLocks(const std::vector<bool>& supported,
   for (int t = 0; t < motion.frames(); ++t) {
     dynamics->SetPose(motion.qpos[t]);
     for (size_t i = 0; i < soles.size(); ++i) {
-      places[i].push_back(Lowest(model.points[soles[i]], dynamics->data()));
+      places[i].push_back(dynamics->LowestPoint(soles[i]));
     }
   }
   std::vector<std::vector<Lock>> locks(motion.frames());

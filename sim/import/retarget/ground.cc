@@ -205,10 +205,7 @@ void CalibrateGround(Dynamics* dynamics, const std::vector<bool>& supported,
   VectorXd low(motion->frames());
   for (int t = 0; t < motion->frames(); ++t) {
     dynamics->SetPose(motion->qpos[t]);
-    low[t] = INFINITY;
-    for (const Vector3d& point : dynamics->LowestPoints()) {
-      low[t] = std::min(low[t], point.z());
-    }
+    low[t] = dynamics->LowestHeight();
   }
   const VectorXd correction = HeightCorrection(low, supported, motion->loops);
   for (int t = 0; t < motion->frames(); ++t) {

@@ -101,15 +101,16 @@ TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {
   ASSERT_GT(standing, 0);
   const ModelMotion fitted =
       FitPoses(track_, map_, wanted_, locks, shaken, dynamics_.get());
+  const auto off = [&](const Lock& lock) {
+    return (dynamics_->LowestPoint(lock.point).head<2>() - lock.place).norm();
+  };
   double before = 0, after = 0;
   for (int t = 0; t < fitted.frames(); ++t) {
     for (const Lock& lock : locks[t]) {
-      const GroundPoint& point = model_.points[lock.point];
       dynamics_->SetPose(shaken.qpos[t]);
-      before +=
-          (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      before += off(lock);
       dynamics_->SetPose(fitted.qpos[t]);
-      after += (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      after += off(lock);
     }
   }
   EXPECT_LT(after, 0.2 * before);

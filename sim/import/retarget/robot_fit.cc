@@ -140,11 +140,7 @@ bool IsOffTheFloor(Dynamics* dynamics, const std::vector<bool>& supported,
   for (int t = 0; t < motion.frames(); ++t) {
     if (!supported[t]) continue;
     dynamics->SetPose(motion.qpos[t]);
-    double low = INFINITY;
-    for (const Vector3d& point : dynamics->LowestPoints()) {
-      low = std::min(low, point.z());
-    }
-    if (std::abs(low) > kFloorTolerance) return true;
+    if (std::abs(dynamics->LowestHeight()) > kFloorTolerance) return true;
   }
   return false;
 }
