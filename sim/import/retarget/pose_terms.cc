@@ -134,13 +134,9 @@ void PoseTerms::AddHinges(const VectorXd& qpos, const VectorXd& change,
   for (int i = 0; i < nv_; ++i) {
     frame->AddScalar(i, change[i], keep_weights_[i]);
   }
-  const mjModel& model = dynamics_->model();
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
-    const double angle = qpos[joint.qpos_address];
-    const double excess = angle - std::clamp(angle, model.jnt_range[2 * id],
-                                             model.jnt_range[2 * id + 1]);
+    const double q = qpos[joint.qpos_address];
+    const double excess = q - std::clamp(q, joint.lower, joint.upper);
     if (excess != 0) {
       frame->AddScalar(joint.dof_address, excess, options_.limit);
     }

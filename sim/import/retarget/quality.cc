@@ -21,10 +21,9 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
   frame->lowest = INFINITY;
   frame->lowest_foot = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
+    const int foot = model.FootOf(static_cast<int>(i));
     frame->lowest = std::min(frame->lowest, lowest[i].z());
-    if (foot != model.feet.end()) {
+    if (foot >= 0) {
       frame->foot_points.push_back(lowest[i]);
       frame->lowest_foot = std::min(frame->lowest_foot, lowest[i].z());
     }
@@ -33,27 +32,23 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
         dynamics.PointJacobian(model.points[i].body, lowest[i]) * frame->qvel;
     if (velocity.norm() >= kContactSpeed) continue;
     frame->bears = true;
-    if (foot != model.feet.end()) {
-      frame->contact[foot - model.feet.begin()] = true;
-    }
+    if (foot >= 0) frame->contact[foot] = true;
   }
 }
 
 // [ground points of feet, in the model's order] index of the foot.
-std::vector<size_t> FeetOfPoints(const ImportModel& model) {
-  std::vector<size_t> feet;
-  for (const GroundPoint& point : model.points) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), point.body);
-    if (foot == model.feet.end()) continue;
-    feet.push_back(static_cast<size_t>(foot - model.feet.begin()));
+std::vector<int> FeetOfPoints(const ImportModel& model) {
+  std::vector<int> feet;
+  for (int i = 0; i < static_cast<int>(model.points.size()); ++i) {
+    const int foot = model.FootOf(i);
+    if (foot >= 0) feet.push_back(foot);
   }
   return feet;
 }
 
 // Distance along the floor of the ground point of `foot` that stays lowest.
 double SlideOfFoot(const FrameDynamics& from, const FrameDynamics& to,
-                   const std::vector<size_t>& feet, size_t foot) {
+                   const std::vector<int>& feet, int foot) {
   double lowest = INFINITY;
   double slide = 0;
   for (size_t i = 0; i < feet.size(); ++i) {
@@ -69,11 +64,11 @@ double SlideOfFoot(const FrameDynamics& from, const FrameDynamics& to,
 
 double FootSkate(const ImportModel& model, double rate,
                  const std::vector<FrameDynamics>& frames) {
-  const std::vector<size_t> feet = FeetOfPoints(model);
+  const std::vector<int> feet = FeetOfPoints(model);
   double sum = 0;
   int count = 0;
   for (size_t t = 0; t + 1 < frames.size(); ++t) {
-    for (size_t f = 0; f < model.feet.size(); ++f) {
+    for (int f = 0; f < static_cast<int>(model.feet.size()); ++f) {
       if (!frames[t].contact[f] || !frames[t + 1].contact[f]) continue;
       sum += rate * SlideOfFoot(frames[t], frames[t + 1], feet, f);
       ++count;

@@ -31,10 +31,8 @@ VectorXd PerCoordinate(int nv, double floor, double up, double rotation,
 std::vector<std::vector<int>> FindSoles(
     const ImportModel& model, const std::vector<std::vector<bool>>& bearing) {
   std::vector<int> on_feet;
-  for (size_t i = 0; i < model.points.size(); ++i) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
-    if (foot != model.feet.end()) on_feet.push_back(static_cast<int>(i));
+  for (int i = 0; i < static_cast<int>(model.points.size()); ++i) {
+    if (model.FootOf(i) >= 0) on_feet.push_back(i);
   }
   std::vector<std::vector<int>> soles(bearing.size());
   for (size_t t = 0; t < bearing.size(); ++t) {
@@ -190,16 +188,13 @@ void RefineTerms::FitForces(int t, const RefineState::Frame* near,
 }
 
 double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
-  const mjModel& model = dynamics_->model();
-  double cost = Displacement(model, original_.qpos[t], motion.qpos[t])
-                    .cwiseProduct(pose_weights_)
-                    .squaredNorm();
+  double cost =
+      Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t])
+          .cwiseProduct(pose_weights_)
+          .squaredNorm();
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
     const double q = motion.qpos[t][joint.qpos_address];
-    const double excess =
-        q - std::clamp(q, model.jnt_range[2 * id], model.jnt_range[2 * id + 1]);
+    const double excess = q - std::clamp(q, joint.lower, joint.upper);
     cost += Square(options_.limit * excess);
   }
   return cost;

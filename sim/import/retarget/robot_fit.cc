@@ -122,9 +122,7 @@ double FillPoses(const ImportModel& model, const Columns& columns,
                                 ? joint.default_position
                                 : Angle(m, id, track.rotation[t][column + 1]);
       double& angle = qpos[joint.qpos_address];
-      angle = m.jnt_limited[id] ? std::clamp(wanted, m.jnt_range[2 * id],
-                                             m.jnt_range[2 * id + 1])
-                                : wanted;
+      angle = std::clamp(wanted, joint.lower, joint.upper);
       beyond += std::abs(angle - wanted) > kLimitTolerance;
     }
     motion->qpos.push_back(qpos);
