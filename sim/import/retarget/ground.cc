@@ -113,13 +113,6 @@ std::vector<bool> MostLikelyFlight(const std::vector<double>& evidence,
   return best;
 }
 
-double Percentile(std::vector<double> values, double share) {
-  const auto index =
-      static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + index, values.end());
-  return values[index];
-}
-
 // c minimising sum over supported of (c + low)^2 + stiffness * sum (c'')^2.
 VectorXd HeightCorrection(const VectorXd& low,
                           const std::vector<bool>& supported, bool loops) {
@@ -177,6 +170,13 @@ void MakeBallistic(Dynamics* dynamics, int begin, int end,
 }
 
 }  // namespace
+
+double Percentile(std::vector<double> values, double share) {
+  const auto index =
+      static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[index];
+}
 
 std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
                               std::optional<double> ground) {

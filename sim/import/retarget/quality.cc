@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim/import/retarget/ground.h"
 #include "sim/import/retarget/self_contact.h"
@@ -104,10 +105,7 @@ double FootPenetration(const std::vector<FrameDynamics>& frames) {
   for (const FrameDynamics& frame : frames) {
     depths.push_back(std::max(0.0, -frame.lowest_foot));
   }
-  const auto index = static_cast<std::ptrdiff_t>(
-      0.99 * static_cast<double>(depths.size() - 1));
-  std::nth_element(depths.begin(), depths.begin() + index, depths.end());
-  return depths[index];
+  return Percentile(std::move(depths), 0.99);
 }
 
 }  // namespace

@@ -182,9 +182,9 @@ void RefineTerms::FitForces(int t, const RefineState::Frame* near,
     contacts.push_back({point, dynamics_->LowestPoint(point)});
   }
   const bool guess = near != nullptr && near->fit.remainder.size() == nv_;
-  const VectorXd remainder = guess ? near->fit.remainder : frame->required;
-  frame->fit = FitContacts(*dynamics_, contacts, frame->required,
-                           options_.torque, &remainder);
+  frame->fit =
+      FitContacts(*dynamics_, contacts, frame->required, options_.torque,
+                  guess ? &near->fit.remainder : nullptr);
 }
 
 double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
@@ -200,13 +200,11 @@ double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
   return cost;
 }
 
-// As a rigid motion takes the neighbour's root to where it is seen.
 Vector3d RefineTerms::Seen(const ModelMotion& motion, int t,
                            const Vector3d& position) const {
-  const Neighbour neighbour = Find(motion, t);
-  if (neighbour.frame == t) return position;
-  const Vector3d root = motion.qpos[neighbour.frame].head<3>();
-  return FrameAt(motion, t).head<3>() + neighbour.turn * (position - root);
+  if (t >= 0 && t < frames_) return position;
+  return motion.cycle.Move(position, motion.qpos[0].head<3>(),
+                           /*forward=*/t >= frames_);
 }
 
 double RefineTerms::SlipCost(const RefineState& state, int t) const {

@@ -157,7 +157,6 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   result.warnings = clip.warnings;
   WarnColumns(columns, &result.warnings);
   result.retiming = track.retiming;
-  result.seam_max_rad = track.seam_max_rad;
   ModelMotion& motion = result.motion;
   motion.rate = track.rate;
   motion.loops = track.loops;
