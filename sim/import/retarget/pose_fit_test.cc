@@ -65,8 +65,8 @@ class PoseFitTest : public ::testing::Test {
 TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
   const auto locks = FindLocks(supported_, motion_, dynamics_.get());
   PoseFitOptions options;
-  // Turns are large here, for which their derivative is no exact one.
-  options.rotation = options.limb_rotation = 0;
+  // Heavy enough to be seen beside the points.
+  options.rotation = options.limb_rotation = 4;
   const PoseTerms terms(track_, map_, wanted_, locks, motion_, dynamics_.get(),
                         options);
   const ModelMotion at = Shaken();

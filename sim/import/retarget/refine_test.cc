@@ -258,6 +258,12 @@ TEST_P(RefineWindows, JoinWithoutAKink) {
   for (int t = 0; t < joined.frames(); ++t) {
     EXPECT_LT(bend(joined, t), 1.2 * most) << "frame " << t;
   }
+  const auto floating = [&](const ModelMotion& motion) {
+    return MeasureQuality(dynamics_.get(), motion,
+                          AnalyseMotion(dynamics_.get(), motion))
+        .floating_mean_m();
+  };
+  EXPECT_LT(floating(joined), 0.5 * floating(original));
 }
 
 INSTANTIATE_TEST_SUITE_P(LinesAndLoops, RefineWindows, ::testing::Bool(),
