@@ -48,20 +48,14 @@ void KeepFiguresOfSource(const v1::ClipQuality& whole,
   edited->set_retarget_error_m(whole.retarget_error_m());
   *edited->mutable_retarget_errors() = whole.retarget_errors();
   edited->set_joint_limit_violation_share(whole.joint_limit_violation_share());
-  if (edited->self_penetration_max_m() == 0) {
-    edited->set_self_penetration_max_m(whole.self_penetration_max_m());
-  }
 }
 
 }  // namespace
 
 absl::Status ApplyEdits(const MotionMirror& mirror, const EditOptions& options,
                         Dynamics* dynamics, Retargeted* played) {
-  // Aligning last is what Edit does, too; here it moves the source along.
-  EditOptions shape = options;
-  shape.align_heading = false;
   SINEW_ASSIGN_OR_RETURN(ModelMotion motion,
-                         Edit(dynamics, mirror, played->motion, shape));
+                         Edit(dynamics, mirror, played->motion, options));
   Joints joints = std::move(played->source_joints);
   if (options.loop && !played->motion.loops) joints.clear();
   if (!joints.empty()) TrimJoints(options, motion.rate, &joints);

@@ -108,7 +108,6 @@ absl::StatusOr<ModelMotion> Edit(Dynamics* dynamics, const MotionMirror& mirror,
     edited = CloseLoop(edited, loop);
   }
   if (options.mirror) edited = Mirror(mirror, edited);
-  if (options.align_heading) edited = AlignHeading(edited);
   return edited;
 }
 

@@ -13,15 +13,8 @@
 namespace sinew::import {
 
 // Cleaning of motions that are already on a character. All are pure functions:
-// the motion that comes in stays what it is. An importer calls Edit once per
-// clip, after retargeting has placed it on the floor and before frames, figures
-// of quality and pictures are made of it:
-//
-//   Retargeted clip = RetargetClip(model, source, options);
-//   MotionMirror mirror = MakeMotionMirror(character);      // once
-//   motion = Edit(&dynamics, mirror, clip.motion, edits);
-//   frames = AnalyseMotion(&dynamics, motion);              // anew
-//   quality = MeasureQuality(&dynamics, motion, frames);
+// the motion that comes in stays what it is. ApplyEdits (apply_edits.h) is how
+// an importer uses them.
 //
 // An edited clip keeps its `trial` (motion.proto); a mirrored one names the
 // clip that it mirrors in `mirror_of`.
@@ -108,7 +101,8 @@ ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 // (rotation: in the tangent space of the first), so positions are continuous
 // and velocities too. Where a foot would go below the floor in between the root
 // is lifted, smoothly. A looping motion counts as its stored frames; the result
-// does not loop. Errors: different rates or models; gap_s not in (0, 10].
+// does not loop. No command uses it yet. Errors: different rates or models;
+// gap_s not in (0, 10].
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s);
 
@@ -124,7 +118,7 @@ struct EditOptions {
   bool align_heading = false;
 };
 
-// Trim, loop, mirror, align, in this order.
+// Trim, loop, mirror, in this order (ApplyEdits aligns).
 absl::StatusOr<ModelMotion> Edit(Dynamics* dynamics, const MotionMirror& mirror,
                                  const ModelMotion& motion,
                                  const EditOptions& options);

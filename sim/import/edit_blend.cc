@@ -118,15 +118,6 @@ VectorXd Between(const Side& a, const Side& b, double seconds, double share) {
   return qpos;
 }
 
-double LowestHeight(Dynamics* dynamics, const VectorXd& qpos) {
-  dynamics->SetPose(qpos);
-  double lowest = INFINITY;
-  for (const Vector3d& point : dynamics->LowestPoints()) {
-    lowest = std::min(lowest, point.z());
-  }
-  return lowest;
-}
-
 // Lifts the frames of the gap by a bump with flat ends, high enough that
 // nothing is below the floor.
 void Lift(Dynamics* dynamics, std::vector<VectorXd>* frames) {
@@ -137,7 +128,8 @@ void Lift(Dynamics* dynamics, std::vector<VectorXd>* frames) {
   };
   double lift = 0;
   for (size_t i = 0; i < frames->size(); ++i) {
-    const double depth = -LowestHeight(dynamics, (*frames)[i]);
+    dynamics->SetPose((*frames)[i]);
+    const double depth = -dynamics->LowestHeight();
     lift = std::max(lift, depth / std::max(bump(i), kLeastLift));
   }
   for (size_t i = 0; i < frames->size(); ++i) {

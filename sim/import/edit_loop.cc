@@ -69,13 +69,9 @@ std::vector<std::vector<bool>> FootContacts(Dynamics* dynamics,
   std::vector<std::vector<bool>> contacts(
       motion.frames(), std::vector<bool>(model.feet.size(), false));
   for (int t = 0; t < motion.frames(); ++t) {
-    for (size_t p = 0; p < model.points.size(); ++p) {
-      if (!bearing[t][p]) continue;
-      const auto foot =
-          std::find(model.feet.begin(), model.feet.end(), model.points[p].body);
-      if (foot != model.feet.end()) {
-        contacts[t][foot - model.feet.begin()] = true;
-      }
+    for (int p = 0; p < static_cast<int>(model.points.size()); ++p) {
+      const int foot = model.FootOf(p);
+      if (foot >= 0 && bearing[t][p]) contacts[t][foot] = true;
     }
   }
   return contacts;

@@ -2,7 +2,6 @@
 // of a made motion, per frame.
 //
 //   bazel run --config=opt //tools/bench:refine_benchmark
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -49,11 +48,7 @@ struct Clip {
           0.15 * std::sin(2 * std::numbers::pi * hz * t / kRate);
     }
     dynamics->SetPose(qpos);
-    double low = INFINITY;
-    for (const auto& point : dynamics->LowestPoints()) {
-      low = std::min(low, point.z());
-    }
-    qpos[2] -= low;
+    qpos[2] -= dynamics->LowestHeight();
     return qpos;
   }
 

@@ -307,9 +307,6 @@ std::string SkeletonMapText(const v1::SkeletonMap& map) {
       "# proto-message: sinew.v1.SkeletonMap\nname: \"",
       map.name(), "\"\ndescription: \"", absl::CEscape(map.description()),
       "\"\n");
-  if (map.metres_per_unit() > 0) {
-    absl::StrAppend(&text, "metres_per_unit: ", map.metres_per_unit(), "\n");
-  }
   if (map.first_frame_is_rest()) {
     absl::StrAppend(&text, "first_frame_is_rest: true\n");
   }

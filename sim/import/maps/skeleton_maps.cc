@@ -1,8 +1,5 @@
 #include "sim/import/maps/skeleton_maps.h"
 
-#include <google/protobuf/io/tokenizer.h>
-#include <google/protobuf/text_format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,6 +12,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "common/config/text_proto.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "common/workspace_files.h"
@@ -28,20 +26,6 @@ constexpr char kExtension[] = ".textproto";
 constexpr int64_t kMaxBytes = int64_t{1} << 20;
 // Near misses that an error lists.
 constexpr size_t kSuggestions = 3;
-
-// First message of the text format parser, with its place.
-class FirstError : public google::protobuf::io::ErrorCollector {
- public:
-  void AddError(int line, int column, const std::string& message) override {
-    if (!text_.empty()) return;
-    text_ =
-        absl::StrCat("line ", line + 1, ", column ", column + 1, ": ", message);
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
 
 std::vector<std::string> MakeRoles() {
   std::vector<std::string> roles = {"root", "spine", "chest",
@@ -210,14 +194,7 @@ const std::vector<std::string>& RequiredRoles() {
 absl::StatusOr<v1::SkeletonMap> ParseSkeletonMap(absl::string_view text,
                                                  absl::string_view source) {
   v1::SkeletonMap map;
-  google::protobuf::TextFormat::Parser parser;
-  FirstError error;
-  parser.RecordErrorsTo(&error);
-  if (!parser.ParseFromString(std::string(text), &map)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        source, ": expected a sinew.v1.SkeletonMap in text format, found ",
-        error.text()));
-  }
+  SINEW_RETURN_IF_ERROR(ParseTextProto(text, source, map));
   SINEW_RETURN_IF_ERROR(CheckMap(map, source));
   return map;
 }

@@ -1,6 +1,7 @@
 #include "sim/import/retarget/dynamics.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/check.h"
 
@@ -77,6 +78,14 @@ double Dynamics::Height(int index) const {
   return Eigen::Map<const Vector3d>(data_->xmat + 9 * point.body + 6)
              .dot(point.position) +
          data_->xpos[3 * point.body + 2] - point.radius;
+}
+
+double Dynamics::LowestHeight() const {
+  double lowest = INFINITY;
+  for (size_t i = 0; i < import_model_.points.size(); ++i) {
+    lowest = std::min(lowest, Height(static_cast<int>(i)));
+  }
+  return lowest;
 }
 
 MatrixXd Dynamics::PointJacobian(int body, const Vector3d& point) const {

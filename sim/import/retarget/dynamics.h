@@ -45,6 +45,8 @@ class Dynamics {
   // Of one (an index into ImportModel::points), and its height alone.
   Eigen::Vector3d LowestPoint(int point) const;
   double Height(int point) const;
+  // Of the lowest of all.
+  double LowestHeight() const;
   // [3, nv] of a world point fixed to a body.
   Eigen::MatrixXd PointJacobian(int body, const Eigen::Vector3d& point) const;
   Eigen::Vector3d CentreOfMass() const;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 #include "common/testing/matchers.h"
 #include "sim/character/character.h"
 #include "sim/import/retarget/import_model.h"
+#include "sim/motion/rotation.h"
 
 namespace sinew::import {
 namespace {
@@ -18,6 +20,14 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+// The lowest point of a ground point's ball, by its body's quaternion.
+Vector3d Lowest(const GroundPoint& point, const mjData& data) {
+  const Eigen::Quaterniond frame =
+      motion::FromWxyz(data.xquat + 4 * point.body);
+  return Eigen::Map<const Vector3d>(data.xpos + 3 * point.body) +
+         frame * point.position - Vector3d(0, 0, point.radius);
+}
 
 class DynamicsTest : public ::testing::TestWithParam<std::string> {
  protected:
@@ -123,17 +133,20 @@ TEST_P(DynamicsTest, PointsAndJacobiansAreThoseOfMuJoCo) {
   ASSERT_FALSE(lowest.empty());
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> expected(
       3, dynamics_->model().nv);
+  double height = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
     const GroundPoint& point = model_.points[i];
     const int index = static_cast<int>(i);
     EXPECT_NEAR((lowest[i] - Lowest(point, dynamics_->data())).norm(), 0,
                 1e-12);
     EXPECT_NEAR(dynamics_->Height(index), lowest[i].z(), 1e-12);
+    height = std::min(height, lowest[i].z());
     mj_jac(&dynamics_->model(), &dynamics_->data(), expected.data(), nullptr,
            lowest[i].data(), point.body);
     const MatrixXd found = dynamics_->PointJacobian(point.body, lowest[i]);
     ASSERT_NEAR((found - expected).norm(), 0, 1e-9) << "point " << i;
   }
+  EXPECT_NEAR(dynamics_->LowestHeight(), height, 1e-12);
 }
 
 INSTANTIATE_TEST_SUITE_P(Characters, DynamicsTest,

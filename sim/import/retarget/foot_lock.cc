@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim/import/retarget/zero_pose.h"
-#include "sim/motion/rotation.h"
 
 namespace sinew::import {
 namespace {
@@ -93,13 +92,7 @@ class Stands {
   }
 
   Vector3d Cycled(const Vector3d& place, bool forward) const {
-    const Cycle& cycle = motion_.cycle;
-    const Vector3d pivot(motion_.qpos[0].x(), motion_.qpos[0].y(), 0);
-    const Vector3d shift(cycle.x, cycle.y, 0);
-    if (forward) {
-      return pivot + motion::YawRotation(cycle.yaw) * (place - pivot) + shift;
-    }
-    return pivot + motion::YawRotation(-cycle.yaw) * (place - pivot - shift);
+    return motion_.cycle.Move(place, motion_.qpos[0].head<3>(), forward);
   }
 
   double Speed(int t) const {
@@ -154,7 +147,7 @@ std::vector<std::vector<Lock>> FindLocks(const std::vector<bool>& supported,
   for (int t = 0; t < motion.frames(); ++t) {
     dynamics->SetPose(motion.qpos[t]);
     for (size_t i = 0; i < soles.size(); ++i) {
-      places[i].push_back(Lowest(model.points[soles[i]], dynamics->data()));
+      places[i].push_back(dynamics->LowestPoint(soles[i]));
     }
   }
   std::vector<std::vector<Lock>> locks(motion.frames());

@@ -113,13 +113,6 @@ std::vector<bool> MostLikelyFlight(const std::vector<double>& evidence,
   return best;
 }
 
-double Percentile(std::vector<double> values, double share) {
-  const auto index =
-      static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + index, values.end());
-  return values[index];
-}
-
 // c minimising sum over supported of (c + low)^2 + stiffness * sum (c'')^2.
 VectorXd HeightCorrection(const VectorXd& low,
                           const std::vector<bool>& supported, bool loops) {
@@ -178,6 +171,13 @@ void MakeBallistic(Dynamics* dynamics, int begin, int end,
 
 }  // namespace
 
+double Percentile(std::vector<double> values, double share) {
+  const auto index =
+      static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[index];
+}
+
 std::vector<bool> FindSupport(Dynamics* dynamics, const ModelMotion& motion,
                               std::optional<double> ground) {
   const std::vector<FrameState> frames = MeasureFrames(dynamics, motion);
@@ -205,10 +205,7 @@ void CalibrateGround(Dynamics* dynamics, const std::vector<bool>& supported,
   VectorXd low(motion->frames());
   for (int t = 0; t < motion->frames(); ++t) {
     dynamics->SetPose(motion->qpos[t]);
-    low[t] = INFINITY;
-    for (const Vector3d& point : dynamics->LowestPoints()) {
-      low[t] = std::min(low[t], point.z());
-    }
+    low[t] = dynamics->LowestHeight();
   }
   const VectorXd correction = HeightCorrection(low, supported, motion->loops);
   for (int t = 0; t < motion->frames(); ++t) {

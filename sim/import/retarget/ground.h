@@ -29,6 +29,10 @@ inline constexpr double kContactSpeed = 0.6;
 // it follows changes over about 2 pi stiffness^(1/4) = 12 frames.
 inline constexpr double kGroundStiffness = 16;
 
+// The value that `share` of all are no greater than, rounded down to one of
+// them. Precondition: there is one.
+double Percentile(std::vector<double> values, double share);
+
 // Which frames the floor carries: the cheapest series of "carried" and "flying"
 // under the evidence. `ground` is the height of the floor in the motion's
 // coordinates; unset: the 30th percentile of the lowest points. At least one

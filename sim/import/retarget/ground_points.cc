@@ -131,18 +131,10 @@ std::vector<GroundPoint> MakeGroundPoints(const mjModel& model,
         Eigen::Map<const Vector3d>(model.geom_pos + 3 * geom);
     const Quaterniond frame = motion::FromWxyz(model.geom_quat + 4 * geom);
     GeomPoints(model, geom).Visit([&](const Vector3d& local, double radius) {
-      points.push_back({body, geom, origin + frame * local, radius});
+      points.push_back({body, origin + frame * local, radius});
     });
   }
   return points;
-}
-
-Vector3d Lowest(const GroundPoint& point, const mjData& data) {
-  const Quaterniond frame = motion::FromWxyz(data.xquat + 4 * point.body);
-  Vector3d position = Eigen::Map<const Vector3d>(data.xpos + 3 * point.body) +
-                      frame * point.position;
-  position.z() -= point.radius;
-  return position;
 }
 
 }  // namespace sinew::import

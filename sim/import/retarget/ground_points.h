@@ -13,7 +13,6 @@ namespace sinew::import {
 // contact point.
 struct GroundPoint {
   int body;
-  int geom;
   Eigen::Vector3d position;
   double radius;
 };
@@ -23,9 +22,6 @@ struct GroundPoint {
 // of cylinders and ellipsoids (sampled), hull vertices of meshes (the extreme
 // ones along sampled directions). Geoms of the world body are left out.
 std::vector<GroundPoint> MakeGroundPoints(const mjModel& model, int floor_geom);
-
-// World position of the lowest point of the ball; needs body poses in `data`.
-Eigen::Vector3d Lowest(const GroundPoint& point, const mjData& data);
 
 }  // namespace sinew::import
 

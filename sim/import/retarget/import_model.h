@@ -3,6 +3,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct ImportJoint {
   int dof_address;
   double torque_limit;          // Nm
   double default_position = 0;  // rad
+  // Range, rad; infinite where it has none.
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
 };
 
 // What a hinge of the model is, independent of its spelling, e.g. "left_hip_x".
@@ -37,6 +41,8 @@ struct ImportModel {
   double weight() const {  // N
     return total_mass * -model->opt.gravity[2];
   }
+  // The foot, an index into `feet`, that a ground point is on; -1: on none.
+  int FootOf(int point) const;
 };
 
 // Precondition: the character outlives the result.

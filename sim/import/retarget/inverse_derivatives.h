@@ -43,7 +43,7 @@ class InverseDerivatives {
  private:
   struct Body {
     Vector6 velocity, acceleration;
-    // Of the body, after Carry of all that it carries.
+    // Of the body, then of all that it carries too.
     Vector6 force;
     Matrix6 inertia, change;  // I and C
   };

@@ -16,6 +16,14 @@ using Eigen::Quaterniond;
 using Eigen::VectorXd;
 using Series = std::vector<VectorXd>;
 
+// Weights of the fit; a radian of rotation error costs 1. Per radian beyond a
+// limit:
+constexpr double kLimit = 3;
+// Per radian of change between frames, and of change of that change.
+constexpr double kVelocity = 0.01;
+constexpr double kAcceleration = 0.03;
+// Gauss-Newton steps at most.
+constexpr int kSteps = 30;
 // An angle beyond a limit by more than this counts as cut, rad.
 constexpr double kCutTolerance = 0.0175;
 
@@ -124,15 +132,15 @@ Series ChooseBranches(const HingeChain& chain,
 class Refinement {
  public:
   Refinement(const HingeChain& chain, const std::vector<Quaterniond>& targets,
-             bool loops, const JointFitOptions& options)
-      : chain_(chain), targets_(targets), loops_(loops), options_(options) {}
+             bool loops)
+      : chain_(chain), targets_(targets), loops_(loops) {}
 
   // Half the sum of squares.
   double Cost(const Series& angles) const {
     double cost = 0;
     for (int t = 0; t < frames(); ++t) {
       cost += Error(angles, t).squaredNorm() +
-              options_.limit * options_.limit * LimitCost(chain_, angles[t]);
+              kLimit * kLimit * LimitCost(chain_, angles[t]);
       ForEachDifference(t, [&](const Difference& d) {
         cost += d.weight * d.weight * d.Apply(angles).squaredNorm();
       });
@@ -186,10 +194,10 @@ class Refinement {
     const int before = t > 0 ? t - 1 : (loops_ ? n - 1 : -1);
     const int after = t + 1 < n ? t + 1 : (loops_ ? 0 : -1);
     if (after >= 0) {
-      visit(Difference{options_.velocity, {t, after, t}, {-1, 1, 0}});
+      visit(Difference{kVelocity, {t, after, t}, {-1, 1, 0}});
     }
     if (after >= 0 && before >= 0) {
-      visit(Difference{options_.acceleration, {before, t, after}, {1, -2, 1}});
+      visit(Difference{kAcceleration, {before, t, after}, {1, -2, 1}});
     }
   }
 
@@ -200,7 +208,7 @@ class Refinement {
     const Eigen::Matrix3Xd jacobian = chain_.Jacobian(angles[t]);
     MatrixXd block = jacobian.transpose() * jacobian;
     VectorXd slope = -jacobian.transpose() * Error(angles, t);
-    const double weight = options_.limit * options_.limit;
+    const double weight = kLimit * kLimit;
     for (int i = 0; i < k; ++i) {
       const double excess =
           Excess(angles[t][i], chain_.lower[i], chain_.upper[i]);
@@ -237,14 +245,13 @@ class Refinement {
   const HingeChain& chain_;
   const std::vector<Quaterniond>& targets_;
   const bool loops_;
-  const JointFitOptions& options_;
 };
 
 // Levenberg-Marquardt: damping falls on success and rises on failure.
-Series Refine(const Refinement& problem, Series angles, int iterations) {
+Series Refine(const Refinement& problem, Series angles) {
   double damping = 1e-6;
   double cost = problem.Cost(angles);
-  for (int i = 0; i < iterations && damping < 1e6; ++i) {
+  for (int i = 0; i < kSteps && damping < 1e6; ++i) {
     Series next = problem.Step(angles, damping);
     const double next_cost = problem.Cost(next);
     if (!(next_cost < cost)) {
@@ -264,15 +271,14 @@ Series Refine(const Refinement& problem, Series angles, int iterations) {
 
 Series FitJoints(const HingeChain& chain,
                  const std::vector<Quaterniond>& targets, bool loops,
-                 const JointFitOptions& options, int* cut) {
+                 int* cut) {
   SINEW_CHECK(targets.size() >= 2) << "targets " << targets.size();
   Series angles = ChooseBranches(chain, targets, loops);
   if (chain.size() == 0) return angles;
-  angles = Refine(Refinement(chain, targets, loops, options), std::move(angles),
-                  options.iterations);
+  angles = Refine(Refinement(chain, targets, loops), std::move(angles));
   // The fit weighs an angle beyond a limit against the rotation's error, so it
   // goes there only by this share of what is asked.
-  const double share = 1 / (1 + options.limit * options.limit);
+  const double share = 1 / (1 + kLimit * kLimit);
   for (VectorXd& frame : angles) {
     for (int i = 0; i < chain.size(); ++i) {
       const double excess = Excess(frame[i], chain.lower[i], chain.upper[i]);

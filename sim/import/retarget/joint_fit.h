@@ -8,17 +8,6 @@
 
 namespace sinew::import {
 
-// Weights of the fit. A radian of rotation error costs 1.
-struct JointFitOptions {
-  // Per radian beyond a limit.
-  double limit = 3;
-  // Per radian of change between frames, and of change of that change.
-  double velocity = 0.01;
-  double acceleration = 0.03;
-  // Gauss-Newton steps at most.
-  int iterations = 30;
-};
-
 // Angles of a chain's hinges for a series of rotations (child in parent), one
 // per frame, continuous over time:
 //   1. every frame: all solutions of the decomposition;
@@ -33,7 +22,7 @@ struct JointFitOptions {
 // least two targets.
 std::vector<Eigen::VectorXd> FitJoints(
     const HingeChain& chain, const std::vector<Eigen::Quaterniond>& targets,
-    bool loops, const JointFitOptions& options = {}, int* cut = nullptr);
+    bool loops, int* cut = nullptr);
 
 }  // namespace sinew::import
 

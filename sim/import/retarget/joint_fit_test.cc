@@ -121,10 +121,13 @@ TEST(FitJoints, HoldsTheLimitsAndComesAsNearAsTheyAllow) {
   for (int t = 0; t <= 30; ++t) {
     targets.push_back(motion::Exp({0, 1.4 * t / 30, 0}));
   }
-  const auto angles = FitJoints(chain, targets, /*loops=*/false);
+  int cut = 0;
+  const auto angles = FitJoints(chain, targets, /*loops=*/false, &cut);
   for (const VectorXd& frame : angles) EXPECT_LE(frame[0], 1.0);
   EXPECT_NEAR(angles.back()[0], 1.0, 1e-6);
   EXPECT_NEAR(Worst(chain, targets, angles), 0.4, 0.01);
+  // The targets of frames 22 to 30 are beyond the limit.
+  EXPECT_EQ(cut, 9);
 }
 
 TEST(FitJoints, TakesTheSolutionWithinTheLimits) {
@@ -134,7 +137,9 @@ TEST(FitJoints, TakesTheSolutionWithinTheLimits) {
     targets.push_back(chain.Rotation(
         Eigen::Vector3d(1.2 - 0.02 * t, 0.5 + 0.01 * t, -1.1 + 0.03 * t)));
   }
-  const auto angles = FitJoints(chain, targets, /*loops=*/false);
+  int cut = 0;
+  const auto angles = FitJoints(chain, targets, /*loops=*/false, &cut);
+  EXPECT_EQ(cut, 0);
   EXPECT_LT(Worst(chain, targets, angles), 0.01);
   EXPECT_NEAR(angles[10][0], 1.0, 0.02);
 }

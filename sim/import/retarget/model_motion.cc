@@ -19,11 +19,7 @@ void MoveByCycle(const Cycle& cycle, const Vector3d& origin, bool forward,
                  VectorXd* qpos) {
   const Quaterniond turn =
       motion::YawRotation(forward ? cycle.yaw : -cycle.yaw);
-  const Vector3d pivot(origin.x(), origin.y(), 0);
-  const Vector3d shift(cycle.x, cycle.y, 0);
-  const Vector3d place = qpos->head<3>();
-  qpos->head<3>() = forward ? Vector3d(pivot + turn * (place - pivot) + shift)
-                            : Vector3d(pivot + turn * (place - pivot - shift));
+  qpos->head<3>() = cycle.Move(qpos->head<3>(), origin, forward);
   motion::ToWxyz(turn * motion::FromWxyz(qpos->data() + 3), qpos->data() + 3);
 }
 
@@ -52,23 +48,22 @@ Vector3d MiddleOfHips(const RoleTrack& track, int t) {
          2;
 }
 
-void PlaceRoot(const RoleTrack& track, const BodyMap& map, int t,
-               VectorXd* qpos) {
-  const Quaterniond root = track.rotation[t][0] * map.bodies[0].alignment;
-  qpos->head<3>() = map.scale * MiddleOfHips(track, t) - root * map.model_hips;
-  motion::ToWxyz(root, qpos->data() + 3);
+Quaterniond RootRotation(const RoleTrack& track, const BodyMap& map, int t) {
+  return track.rotation[t][0] * map.bodies[0].alignment;
+}
+
+Vector3d RootPlace(const RoleTrack& track, const BodyMap& map, int t) {
+  return map.scale * MiddleOfHips(track, t) -
+         RootRotation(track, map, t) * map.model_hips;
 }
 
 // The track's cycle as the model's root sees it: where the roots lie apart, a
 // turn moves them differently.
 Cycle ScaleCycle(const RoleTrack& track, const BodyMap& map) {
-  const Vector3d hips = MiddleOfHips(track, 0) - track.position[0][0];
-  const Vector3d apart = map.scale * hips - track.rotation[0][0] *
-                                                map.bodies[0].alignment *
-                                                map.model_hips;
-  const Vector3d shift = motion::YawRotation(track.cycle.yaw) * apart - apart;
-  return {map.scale * track.cycle.x + shift.x(),
-          map.scale * track.cycle.y + shift.y(), track.cycle.yaw};
+  const Cycle scaled = {map.scale * track.cycle.x, map.scale * track.cycle.y,
+                        track.cycle.yaw};
+  return MovePivot(scaled, map.scale * track.position[0][0],
+                   RootPlace(track, map, 0));
 }
 
 }  // namespace
@@ -106,10 +101,7 @@ VectorXd FrameAt(const ModelMotion& motion, int t) {
 
 void KeepCycle(const Vector3d& old_root, ModelMotion* motion) {
   if (!motion->loops) return;
-  const Vector3d pivot = old_root - motion->qpos[0].head<3>();
-  const Vector3d shift = pivot - motion::YawRotation(motion->cycle.yaw) * pivot;
-  motion->cycle.x += shift.x();
-  motion->cycle.y += shift.y();
+  motion->cycle = MovePivot(motion->cycle, old_root, motion->qpos[0].head<3>());
 }
 
 void Rates(const mjModel& model, const ModelMotion& motion, int t,
@@ -138,7 +130,10 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
   const int frames = track.frames();
   motion.qpos.assign(frames, Eigen::Map<const VectorXd>(model.qpos0, model.nq));
   int cut = 0, hinges = 0;
-  for (int t = 0; t < frames; ++t) PlaceRoot(track, map, t, &motion.qpos[t]);
+  for (int t = 0; t < frames; ++t) {
+    motion.qpos[t].head<3>() = RootPlace(track, map, t);
+    motion::ToWxyz(RootRotation(track, map, t), motion.qpos[t].data() + 3);
+  }
   for (const MappedBody& body : map.bodies) {
     if (body.parent < 0) continue;
     std::vector<Quaterniond> targets;
@@ -146,7 +141,7 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
       targets.push_back(Target(map, body, rotations));
     }
     const std::vector<VectorXd> angles =
-        FitJoints(body.chain, targets, track.loops, JointFitOptions(), &cut);
+        FitJoints(body.chain, targets, track.loops, &cut);
     hinges += body.chain.size();
     for (int t = 0; t < frames; ++t) {
       for (int i = 0; i < body.chain.size(); ++i) {
@@ -164,7 +159,6 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
 JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
                               const mjModel& model, const ModelMotion& motion) {
   JointFitError error;
-  error.max_per_body.assign(map.bodies.size(), 0);
   double sum = 0;
   for (int t = 0; t < motion.frames(); ++t) {
     for (size_t i = 1; i < map.bodies.size(); ++i) {
@@ -173,7 +167,6 @@ JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
           Target(map, body, track.rotation[t]),
           body.chain.Rotation(ChainAngles(body.chain, model, motion.qpos[t])));
       sum += angle;
-      error.max_per_body[i] = std::max(error.max_per_body[i], angle);
       error.max_rad = std::max(error.max_rad, angle);
     }
   }

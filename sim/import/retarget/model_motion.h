@@ -8,6 +8,7 @@
 
 #include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/role_track.h"
+#include "sim/import/retarget/source_track.h"
 
 namespace sinew::import {
 
@@ -54,13 +55,10 @@ ModelMotion FitMotion(const RoleTrack& track, const BodyMap& map,
                       const mjModel& model, double* cut_share = nullptr);
 
 // Angles between the joint rotations of the track and those that the hinges of
-// `motion` make: largest and mean over joints and frames. What closing the loop
-// changed before is RoleTrack::seam_max_rad.
+// `motion` make: largest and mean over joints and frames.
 struct JointFitError {
   double max_rad = 0;
   double mean_rad = 0;
-  // Per mapped body, largest over frames; root 0.
-  std::vector<double> max_per_body;
 };
 JointFitError MeasureJointFit(const RoleTrack& track, const BodyMap& map,
                               const mjModel& model, const ModelMotion& motion);

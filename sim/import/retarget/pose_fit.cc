@@ -1,9 +1,8 @@
 #include "sim/import/retarget/pose_fit.h"
 
 #include <cmath>
-#include <utility>
 
-#include "sim/import/retarget/banded_solver.h"
+#include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/pose_terms.h"
 
 namespace sinew::import {
@@ -29,25 +28,25 @@ ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
   double best_cost = INFINITY;
   double damping = kFirstDamping;
   std::vector<VectorXd> step;
+  NormalEquations equations(frames, model.nv, /*ring=*/false);
   // Each round measures the last step's cost with the equations of the next
   // one; a step that cost more is taken back and made shorter.
   for (int i = 0; i <= options.iterations && damping < kMostDamping; ++i) {
-    BandedSolver solver(frames, model.nv);
-    std::vector<VectorXd> slope(frames, VectorXd::Zero(model.nv));
-    const double cost = terms.Linearise(next, damping, &solver, &slope);
+    equations.Clear();
+    const double cost = terms.Linearise(next, damping, &equations);
     if (cost < best_cost) {
       best_cost = cost;
       best = next;
-      if (i == options.iterations || !solver.Solve(&slope)) break;
-      step = std::move(slope);
+      if (i == options.iterations) break;
+      step = equations.Solve(/*damping=*/0);
+      if (step.empty()) break;
     } else {
       damping *= 10;
       for (VectorXd& s : step) s *= 0.3;
       next = best;
     }
     for (int t = 0; t < frames; ++t) {
-      const VectorXd back = -step[t];
-      mj_integratePos(&model, next.qpos[t].data(), back.data(), 1);
+      mj_integratePos(&model, next.qpos[t].data(), step[t].data(), 1);
     }
   }
   KeepCycle(motion.qpos[0].head<3>(), &best);

@@ -1,5 +1,5 @@
-// The fit of poses, each part against a second way: the solver against a dense
-// one, slopes against finite differences, the whole against what it promises.
+// The fit of poses: slopes against finite differences, the whole against what
+// it promises.
 #include "sim/import/retarget/pose_fit.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include "common/testing/matchers.h"
 #include "sim/character/character.h"
 #include "sim/import/maps/draft_map.h"
-#include "sim/import/retarget/banded_solver.h"
 #include "sim/import/retarget/ground.h"
+#include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/pose_terms.h"
 #include "sim/import/retarget/source_track.h"
 #include "sim/import/testing/made_skeletons.h"
@@ -20,44 +20,7 @@
 namespace sinew::import {
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-TEST(BandedSolverTest, SolvesLikeADenseOne) {
-  constexpr int kFrames = 7, kSize = 4;
-  std::srand(1);
-  BandedSolver solver(kFrames, kSize);
-  MatrixXd dense = MatrixXd::Zero(kFrames * kSize, kFrames * kSize);
-  for (int t = 0; t < kFrames; ++t) {
-    for (int back = 0; back <= std::min(t, BandedSolver::kBand); ++back) {
-      MatrixXd block = MatrixXd::Random(kSize, kSize);
-      if (back == 0) {
-        block = block * block.transpose() + 8 * MatrixXd::Identity(4, 4);
-      }
-      solver.block(t, back) = block;
-      dense.block(t * kSize, (t - back) * kSize, kSize, kSize) = block;
-      dense.block((t - back) * kSize, t * kSize, kSize, kSize) =
-          block.transpose();
-    }
-  }
-  const VectorXd right = VectorXd::Random(kFrames * kSize);
-  std::vector<VectorXd> x;
-  for (int t = 0; t < kFrames; ++t) {
-    x.push_back(right.segment(t * kSize, kSize));
-  }
-  ASSERT_TRUE(solver.Solve(&x));
-  const VectorXd expected = dense.ldlt().solve(right);
-  for (int t = 0; t < kFrames; ++t) {
-    EXPECT_LT((x[t] - expected.segment(t * kSize, kSize)).norm(), 1e-9) << t;
-  }
-}
-
-TEST(BandedSolverTest, SaysSoWhereTheMatrixIsNotPositive) {
-  BandedSolver solver(2, 3);
-  solver.block(0, 0).setIdentity();
-  std::vector<VectorXd> x(2, VectorXd::Ones(3));
-  EXPECT_FALSE(solver.Solve(&x));
-}
 
 class PoseFitTest : public ::testing::Test {
  protected:
@@ -102,20 +65,18 @@ class PoseFitTest : public ::testing::Test {
 TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
   const auto locks = FindLocks(supported_, motion_, dynamics_.get());
   PoseFitOptions options;
-  // Turns are large here, for which their derivative is no exact one.
-  options.rotation = options.limb_rotation = 0;
+  // Heavy enough to be seen beside the points.
+  options.rotation = options.limb_rotation = 4;
   const PoseTerms terms(track_, map_, wanted_, locks, motion_, dynamics_.get(),
                         options);
   const ModelMotion at = Shaken();
   const int nv = model_.model->nv;
   const auto cost = [&](const ModelMotion& motion) {
-    BandedSolver solver(motion.frames(), nv);
-    std::vector<VectorXd> slope(motion.frames(), VectorXd::Zero(nv));
-    return terms.Linearise(motion, 0, &solver, &slope);
+    NormalEquations equations(motion.frames(), nv, /*ring=*/false);
+    return terms.Linearise(motion, 0, &equations);
   };
-  BandedSolver solver(at.frames(), nv);
-  std::vector<VectorXd> slope(at.frames(), VectorXd::Zero(nv));
-  terms.Linearise(at, 0, &solver, &slope);
+  NormalEquations equations(at.frames(), nv, /*ring=*/false);
+  terms.Linearise(at, 0, &equations);
   constexpr double kStep = 1e-6;
   for (const int t : {0, 17, at.frames() - 1}) {
     for (int i = 0; i < nv; i += 3) {
@@ -125,7 +86,8 @@ TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
       mj_integratePos(model_.model, more.qpos[t].data(), step.data(), 1);
       mj_integratePos(model_.model, less.qpos[t].data(), step.data(), -1);
       const double numeric = (cost(more) - cost(less)) / (4 * kStep);
-      EXPECT_NEAR(slope[t][i], numeric, 1e-3 + 0.02 * std::abs(numeric))
+      EXPECT_NEAR(equations.Gradient(t)[i], numeric,
+                  1e-3 + 0.02 * std::abs(numeric))
           << t << " " << i;
     }
   }
@@ -139,15 +101,16 @@ TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {
   ASSERT_GT(standing, 0);
   const ModelMotion fitted =
       FitPoses(track_, map_, wanted_, locks, shaken, dynamics_.get());
+  const auto off = [&](const Lock& lock) {
+    return (dynamics_->LowestPoint(lock.point).head<2>() - lock.place).norm();
+  };
   double before = 0, after = 0;
   for (int t = 0; t < fitted.frames(); ++t) {
     for (const Lock& lock : locks[t]) {
-      const GroundPoint& point = model_.points[lock.point];
       dynamics_->SetPose(shaken.qpos[t]);
-      before +=
-          (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      before += off(lock);
       dynamics_->SetPose(fitted.qpos[t]);
-      after += (Lowest(point, dynamics_->data()).head<2>() - lock.place).norm();
+      after += off(lock);
     }
   }
   EXPECT_LT(after, 0.2 * before);

@@ -58,16 +58,16 @@ PoseTerms::PoseTerms(const RoleTrack& track, const BodyMap& map,
 void PoseTerms::Frame::Add(const Eigen::Ref<const MatrixXd>& jacobian,
                            const Eigen::Ref<const VectorXd>& r, double weight) {
   const double square = weight * weight;
-  matrix->selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose(),
-                                                     square);
-  slope->noalias() += square * (jacobian.transpose() * r);
+  matrix.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose(),
+                                                    square);
+  slope.noalias() += square * (jacobian.transpose() * r);
   cost += square * r.squaredNorm();
 }
 
 void PoseTerms::Frame::AddScalar(int coordinate, double r, double weight) {
   const double square = weight * weight;
-  (*matrix)(coordinate, coordinate) += square;
-  (*slope)[coordinate] += square * r;
+  matrix(coordinate, coordinate) += square;
+  slope[coordinate] += square * r;
   cost += square * r * r;
 }
 
@@ -134,13 +134,9 @@ void PoseTerms::AddHinges(const VectorXd& qpos, const VectorXd& change,
   for (int i = 0; i < nv_; ++i) {
     frame->AddScalar(i, change[i], keep_weights_[i]);
   }
-  const mjModel& model = dynamics_->model();
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
-    const double angle = qpos[joint.qpos_address];
-    const double excess = angle - std::clamp(angle, model.jnt_range[2 * id],
-                                             model.jnt_range[2 * id + 1]);
+    const double q = qpos[joint.qpos_address];
+    const double excess = q - std::clamp(q, joint.lower, joint.upper);
     if (excess != 0) {
       frame->AddScalar(joint.dof_address, excess, options_.limit);
     }
@@ -148,8 +144,7 @@ void PoseTerms::AddHinges(const VectorXd& qpos, const VectorXd& change,
 }
 
 double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
-                                BandedSolver* solver,
-                                std::vector<VectorXd>* slope) const {
+                                NormalEquations* equations) const {
   const int n = static_cast<int>(change.size());
   const VectorXd square = change_weights_.cwiseAbs2();
   const bool around = original_.loops && original_.cycle.yaw == 0 && n > 2;
@@ -164,14 +159,14 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
     cost += bend.cwiseAbs2().dot(square);
     for (int i = 0; i < 3; ++i) {
       const int here = (frames[i] + n) % n;
-      (*slope)[here] += coefficients[i] * square.cwiseProduct(bend);
-      solver->block(here, 0).diagonal() +=
+      equations->Gradient(here) += coefficients[i] * square.cwiseProduct(bend);
+      equations->Block(here, here).diagonal() +=
           coefficients[i] * coefficients[i] * square;
       // The band couples nothing over the seam of a loop.
       if (here != frames[i]) continue;
       for (int j = 0; j < i; ++j) {
         if (frames[j] < 0) continue;
-        solver->block(frames[i], i - j).diagonal() +=
+        equations->Block(frames[i], frames[j]).diagonal() +=
             coefficients[i] * coefficients[j] * square;
       }
     }
@@ -180,24 +175,23 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
 }
 
 double PoseTerms::Linearise(const ModelMotion& motion, double damping,
-                            BandedSolver* solver,
-                            std::vector<VectorXd>* slope) const {
+                            NormalEquations* equations) const {
   std::vector<VectorXd> change;
   double cost = 0;
   for (int t = 0; t < motion.frames(); ++t) {
     change.push_back(
         Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t]));
     dynamics_->SetPose(motion.qpos[t]);
-    Frame frame{&solver->block(t, 0), &(*slope)[t]};
+    Frame frame{equations->Block(t, t), equations->Gradient(t)};
     AddPoints(t, &frame);
     AddRotations(t, &frame);
     AddSoles(t, &frame);
     AddSelf(&frame);
     AddHinges(motion.qpos[t], change[t], &frame);
-    frame.matrix->diagonal().array() += damping;
+    frame.matrix.diagonal().array() += damping;
     cost += frame.cost;
   }
-  return cost + AddSmoothness(change, solver, slope);
+  return cost + AddSmoothness(change, equations);
 }
 
 }  // namespace sinew::import

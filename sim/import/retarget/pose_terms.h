@@ -4,11 +4,11 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/import/retarget/banded_solver.h"
 #include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/foot_lock.h"
 #include "sim/import/retarget/model_motion.h"
+#include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/pose_fit.h"
 #include "sim/import/retarget/scaled_source.h"
 #include "sim/import/retarget/self_contact.h"
@@ -27,18 +27,16 @@ class PoseTerms {
             const ModelMotion& original, Dynamics* dynamics,
             const PoseFitOptions& options);
 
-  // Adds the normal equations around `motion` to `solver` (which must be new)
-  // and `slope` (half the cost's derivative, [frames][nv], zero before).
-  // Returns the cost, the sum of squares.
+  // Adds the normal equations around `motion`, damped, to `equations`: on a
+  // line, a frame [nv] each. Returns the cost, the sum of squares.
   double Linearise(const ModelMotion& motion, double damping,
-                   BandedSolver* solver,
-                   std::vector<Eigen::VectorXd>* slope) const;
+                   NormalEquations* equations) const;
 
  private:
   // One frame's normal equations in the making.
   struct Frame {
-    Eigen::MatrixXd* matrix;  // lower half
-    Eigen::VectorXd* slope;
+    Eigen::Block<Eigen::MatrixXd> matrix;  // lower half
+    Eigen::VectorBlock<Eigen::VectorXd> slope;
     double cost = 0;
     // Adds residual r with derivative `jacobian`, [rows, nv], times weight.
     void Add(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
@@ -53,8 +51,7 @@ class PoseTerms {
   void AddHinges(const Eigen::VectorXd& qpos, const Eigen::VectorXd& change,
                  Frame* frame) const;
   double AddSmoothness(const std::vector<Eigen::VectorXd>& change,
-                       BandedSolver* solver,
-                       std::vector<Eigen::VectorXd>* slope) const;
+                       NormalEquations* equations) const;
 
   const RoleTrack& track_;
   const BodyMap& map_;

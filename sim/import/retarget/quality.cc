@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim/import/retarget/ground.h"
 #include "sim/import/retarget/self_contact.h"
@@ -21,10 +22,9 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
   frame->lowest = INFINITY;
   frame->lowest_foot = INFINITY;
   for (size_t i = 0; i < lowest.size(); ++i) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
+    const int foot = model.FootOf(static_cast<int>(i));
     frame->lowest = std::min(frame->lowest, lowest[i].z());
-    if (foot != model.feet.end()) {
+    if (foot >= 0) {
       frame->foot_points.push_back(lowest[i]);
       frame->lowest_foot = std::min(frame->lowest_foot, lowest[i].z());
     }
@@ -33,27 +33,23 @@ void MeasureContact(const Dynamics& dynamics, FrameDynamics* frame) {
         dynamics.PointJacobian(model.points[i].body, lowest[i]) * frame->qvel;
     if (velocity.norm() >= kContactSpeed) continue;
     frame->bears = true;
-    if (foot != model.feet.end()) {
-      frame->contact[foot - model.feet.begin()] = true;
-    }
+    if (foot >= 0) frame->contact[foot] = true;
   }
 }
 
 // [ground points of feet, in the model's order] index of the foot.
-std::vector<size_t> FeetOfPoints(const ImportModel& model) {
-  std::vector<size_t> feet;
-  for (const GroundPoint& point : model.points) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), point.body);
-    if (foot == model.feet.end()) continue;
-    feet.push_back(static_cast<size_t>(foot - model.feet.begin()));
+std::vector<int> FeetOfPoints(const ImportModel& model) {
+  std::vector<int> feet;
+  for (int i = 0; i < static_cast<int>(model.points.size()); ++i) {
+    const int foot = model.FootOf(i);
+    if (foot >= 0) feet.push_back(foot);
   }
   return feet;
 }
 
 // Distance along the floor of the ground point of `foot` that stays lowest.
 double SlideOfFoot(const FrameDynamics& from, const FrameDynamics& to,
-                   const std::vector<size_t>& feet, size_t foot) {
+                   const std::vector<int>& feet, int foot) {
   double lowest = INFINITY;
   double slide = 0;
   for (size_t i = 0; i < feet.size(); ++i) {
@@ -69,11 +65,11 @@ double SlideOfFoot(const FrameDynamics& from, const FrameDynamics& to,
 
 double FootSkate(const ImportModel& model, double rate,
                  const std::vector<FrameDynamics>& frames) {
-  const std::vector<size_t> feet = FeetOfPoints(model);
+  const std::vector<int> feet = FeetOfPoints(model);
   double sum = 0;
   int count = 0;
   for (size_t t = 0; t + 1 < frames.size(); ++t) {
-    for (size_t f = 0; f < model.feet.size(); ++f) {
+    for (int f = 0; f < static_cast<int>(model.feet.size()); ++f) {
       if (!frames[t].contact[f] || !frames[t + 1].contact[f]) continue;
       sum += rate * SlideOfFoot(frames[t], frames[t + 1], feet, f);
       ++count;
@@ -109,10 +105,7 @@ double FootPenetration(const std::vector<FrameDynamics>& frames) {
   for (const FrameDynamics& frame : frames) {
     depths.push_back(std::max(0.0, -frame.lowest_foot));
   }
-  const auto index = static_cast<std::ptrdiff_t>(
-      0.99 * static_cast<double>(depths.size() - 1));
-  std::nth_element(depths.begin(), depths.begin() + index, depths.end());
-  return depths[index];
+  return Percentile(std::move(depths), 0.99);
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "common/testing/matchers.h"
@@ -33,11 +31,7 @@ class QualityTest : public ::testing::Test {
     VectorXd qpos = Eigen::Map<const VectorXd>(dynamics_->model().qpos0,
                                                dynamics_->model().nq);
     dynamics_->SetPose(qpos);
-    double low = INFINITY;
-    for (const Vector3d& point : dynamics_->LowestPoints()) {
-      low = std::min(low, point.z());
-    }
-    qpos[2] -= low;
+    qpos[2] -= dynamics_->LowestHeight();
     return qpos;
   }
 

@@ -76,20 +76,16 @@ void RefineTerms::Linearise(const RefineState& state,
 
 void RefineTerms::AddPose(const ModelMotion& motion, int t,
                           NormalEquations* equations) const {
-  const mjModel& model = dynamics_->model();
   auto diagonal = equations->Block(Unknown(t), Unknown(t)).diagonal();
   auto gradient = equations->Gradient(Unknown(t));
   const VectorXd deviation =
-      Displacement(model, original_.qpos[t], motion.qpos[t]);
+      Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t]);
   const VectorXd squares = pose_weights_.cwiseAbs2();
   diagonal += squares;
   gradient += squares.cwiseProduct(deviation);
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
     const double q = motion.qpos[t][joint.qpos_address];
-    const double excess =
-        q - std::clamp(q, model.jnt_range[2 * id], model.jnt_range[2 * id + 1]);
+    const double excess = q - std::clamp(q, joint.lower, joint.upper);
     if (excess == 0) continue;
     diagonal[joint.dof_address] += Square(options_.limit);
     gradient[joint.dof_address] += Square(options_.limit) * excess;

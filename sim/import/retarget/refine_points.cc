@@ -1,5 +1,4 @@
 // The linearisation of RefineTerms: points that bear, sink or slip.
-#include <algorithm>
 #include <vector>
 
 #include "sim/import/retarget/refine_terms.h"
@@ -143,10 +142,8 @@ void RefineTerms::AddSlip(const RefineState& state, int t,
   const FeetMoves& there = feet_moves_[next.frame];
   std::vector<FootTerms> feet(model.feet.size());
   VisitSlips(soles_[t], soles_[next.frame], [&](size_t a, size_t b) {
-    const GroundPoint& point = model.points[soles_[t][a]];
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), point.body);
-    const Vector3d up(0, 0, point.radius);
+    const int point = soles_[t][a];
+    const Vector3d up(0, 0, model.points[point].radius);
     const Vector3d from = state.frames[t].soles[a];
     const Vector3d to = state.frames[next.frame].soles[b];
     const Matrix26 by_here = -Horizontal(from + up - here.pivot);
@@ -154,7 +151,7 @@ void RefineTerms::AddSlip(const RefineState& state, int t,
         next.turn.topLeftCorner<2, 2>() * Horizontal(to + up - there.pivot);
     const Eigen::Vector2d slip =
         (Seen(state.motion, t + 1, to) - from).head<2>();
-    FootTerms& terms = feet[foot - model.feet.begin()];
+    FootTerms& terms = feet[model.FootOf(point)];
     terms.any = true;
     terms.here += by_here.transpose() * by_here;
     terms.both += by_there.transpose() * by_here;

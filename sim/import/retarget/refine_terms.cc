@@ -31,10 +31,8 @@ VectorXd PerCoordinate(int nv, double floor, double up, double rotation,
 std::vector<std::vector<int>> FindSoles(
     const ImportModel& model, const std::vector<std::vector<bool>>& bearing) {
   std::vector<int> on_feet;
-  for (size_t i = 0; i < model.points.size(); ++i) {
-    const auto foot =
-        std::find(model.feet.begin(), model.feet.end(), model.points[i].body);
-    if (foot != model.feet.end()) on_feet.push_back(static_cast<int>(i));
+  for (int i = 0; i < static_cast<int>(model.points.size()); ++i) {
+    if (model.FootOf(i) >= 0) on_feet.push_back(i);
   }
   std::vector<std::vector<int>> soles(bearing.size());
   for (size_t t = 0; t < bearing.size(); ++t) {
@@ -184,34 +182,29 @@ void RefineTerms::FitForces(int t, const RefineState::Frame* near,
     contacts.push_back({point, dynamics_->LowestPoint(point)});
   }
   const bool guess = near != nullptr && near->fit.remainder.size() == nv_;
-  const VectorXd remainder = guess ? near->fit.remainder : frame->required;
-  frame->fit = FitContacts(*dynamics_, contacts, frame->required,
-                           options_.torque, &remainder);
+  frame->fit =
+      FitContacts(*dynamics_, contacts, frame->required, options_.torque,
+                  guess ? &near->fit.remainder : nullptr);
 }
 
 double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
-  const mjModel& model = dynamics_->model();
-  double cost = Displacement(model, original_.qpos[t], motion.qpos[t])
-                    .cwiseProduct(pose_weights_)
-                    .squaredNorm();
+  double cost =
+      Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t])
+          .cwiseProduct(pose_weights_)
+          .squaredNorm();
   for (const ImportJoint& joint : dynamics_->import_model().joints) {
-    const int id = model.dof_jntid[joint.dof_address];
-    if (!model.jnt_limited[id]) continue;
     const double q = motion.qpos[t][joint.qpos_address];
-    const double excess =
-        q - std::clamp(q, model.jnt_range[2 * id], model.jnt_range[2 * id + 1]);
+    const double excess = q - std::clamp(q, joint.lower, joint.upper);
     cost += Square(options_.limit * excess);
   }
   return cost;
 }
 
-// As a rigid motion takes the neighbour's root to where it is seen.
 Vector3d RefineTerms::Seen(const ModelMotion& motion, int t,
                            const Vector3d& position) const {
-  const Neighbour neighbour = Find(motion, t);
-  if (neighbour.frame == t) return position;
-  const Vector3d root = motion.qpos[neighbour.frame].head<3>();
-  return FrameAt(motion, t).head<3>() + neighbour.turn * (position - root);
+  if (t >= 0 && t < frames_) return position;
+  return motion.cycle.Move(position, motion.qpos[0].head<3>(),
+                           /*forward=*/t >= frames_);
 }
 
 double RefineTerms::SlipCost(const RefineState& state, int t) const {

@@ -108,7 +108,6 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   double cut_share = 0;
   result.motion = FitMotion(track, map, *model.model, &cut_share);
   result.retiming = track.retiming;
-  result.seam_max_rad = track.seam_max_rad;
   result.source_parents = track.parent;
   Dynamics dynamics(model);
   const std::vector<bool> supported =

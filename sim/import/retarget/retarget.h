@@ -43,8 +43,6 @@ struct Retargeted {
   std::vector<int> source_parents;  // [joints], -1: root
   // Speed against the source, from rounding to whole frames.
   double retiming = 1;
-  // Largest joint rotation that closing the loop spread over the clip, rad.
-  double seam_max_rad = 0;
   // Frames that the floor carries, share of all.
   double supported_share = 0;
 };

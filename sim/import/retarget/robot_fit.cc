@@ -122,9 +122,7 @@ double FillPoses(const ImportModel& model, const Columns& columns,
                                 ? joint.default_position
                                 : Angle(m, id, track.rotation[t][column + 1]);
       double& angle = qpos[joint.qpos_address];
-      angle = m.jnt_limited[id] ? std::clamp(wanted, m.jnt_range[2 * id],
-                                             m.jnt_range[2 * id + 1])
-                                : wanted;
+      angle = std::clamp(wanted, joint.lower, joint.upper);
       beyond += std::abs(angle - wanted) > kLimitTolerance;
     }
     motion->qpos.push_back(qpos);
@@ -140,11 +138,7 @@ bool IsOffTheFloor(Dynamics* dynamics, const std::vector<bool>& supported,
   for (int t = 0; t < motion.frames(); ++t) {
     if (!supported[t]) continue;
     dynamics->SetPose(motion.qpos[t]);
-    double low = INFINITY;
-    for (const Vector3d& point : dynamics->LowestPoints()) {
-      low = std::min(low, point.z());
-    }
-    if (std::abs(low) > kFloorTolerance) return true;
+    if (std::abs(dynamics->LowestHeight()) > kFloorTolerance) return true;
   }
   return false;
 }
@@ -163,7 +157,6 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   result.warnings = clip.warnings;
   WarnColumns(columns, &result.warnings);
   result.retiming = track.retiming;
-  result.seam_max_rad = track.seam_max_rad;
   ModelMotion& motion = result.motion;
   motion.rate = track.rate;
   motion.loops = track.loops;

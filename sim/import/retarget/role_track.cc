@@ -198,13 +198,6 @@ void AddRoles(const SourceSkeleton& skeleton, const Roles& roles,
   }
 }
 
-// The cycle about another point of the first frame.
-Cycle MovePivot(const Cycle& cycle, const Vector3d& from, const Vector3d& to) {
-  const Vector3d apart = to - from;
-  const Vector3d shift = motion::YawRotation(cycle.yaw) * apart - apart;
-  return {cycle.x + shift.x(), cycle.y + shift.y(), cycle.yaw};
-}
-
 }  // namespace
 
 int RoleTrack::Find(absl::string_view role) const {
@@ -223,7 +216,6 @@ absl::StatusOr<RoleTrack> MakeRoleTrack(const SourceTrack& track,
   result.rate = track.rate;
   result.loops = track.loops;
   result.retiming = track.retiming;
-  result.seam_max_rad = track.seam_max_rad;
   std::vector<int> joints;
   AddRoles(skeleton, roles, standing, basis, &joints, &result);
   std::vector<Quaterniond> from_standing;

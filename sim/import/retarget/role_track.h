@@ -24,7 +24,6 @@ struct RoleTrack {
   bool loops = false;
   Cycle cycle;  // about the root role
   double retiming = 1;
-  double seam_max_rad = 0;
 
   std::vector<std::string> roles;  // [0] is "root"; parents before children
   std::vector<int> parent;         // [roles] role above, -1: root

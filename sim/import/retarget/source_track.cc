@@ -15,19 +15,15 @@ using Eigen::Vector3d;
 // Keys that the interpolation sees beyond either end of a looping clip.
 constexpr int kOverlap = 2;
 
-// x -> p0 + R(yaw)(x - p0) + c, or its inverse.
+// A cycle about a place, for whole poses.
 struct CycleMotion {
   Vector3d origin;
-  Vector3d shift;
-  double yaw;
+  Cycle cycle;
 
   SourcePose Move(SourcePose pose, double period, bool forward) const {
-    const Quaterniond turn = motion::YawRotation(forward ? yaw : -yaw);
-    const Vector3d before = forward ? Vector3d::Zero() : shift;
-    const Vector3d after = forward ? shift : Vector3d::Zero();
-    pose.root_position =
-        origin + turn * (pose.root_position - origin - before) + after;
-    pose.rotation[0] = turn * pose.rotation[0];
+    pose.root_position = cycle.Move(pose.root_position, origin, forward);
+    pose.rotation[0] = motion::YawRotation(forward ? cycle.yaw : -cycle.yaw) *
+                       pose.rotation[0];
     pose.time += forward ? period : -period;
     return pose;
   }
@@ -38,23 +34,20 @@ CycleMotion FindCycle(const SourceClip& clip) {
   const SourcePose& last = clip.poses.back();
   const double yaw =
       motion::Yaw(last.rotation[0] * first.rotation[0].conjugate());
-  CycleMotion cycle;
-  cycle.origin = {first.root_position.x(), first.root_position.y(), 0};
-  cycle.shift = last.root_position - first.root_position;
-  cycle.shift.z() = 0;
-  cycle.yaw = std::abs(yaw) < kLeastCycleYaw ? 0 : yaw;
-  return cycle;
+  const Vector3d shift = last.root_position - first.root_position;
+  return {.origin = first.root_position,
+          .cycle = {.x = shift.x(),
+                    .y = shift.y(),
+                    .yaw = std::abs(yaw) < kLeastCycleYaw ? 0 : yaw}};
 }
 
-// Makes the last pose the first one moved by the cycle; returns the largest
-// rotation that was in the way.
-double CloseLoop(const CycleMotion& cycle, std::vector<SourcePose>* poses) {
+// Makes the last pose the first one moved by the cycle.
+void CloseLoop(const CycleMotion& cycle, std::vector<SourcePose>* poses) {
   const double period = poses->back().time;
   const SourcePose wanted =
       cycle.Move(poses->front(), period, /*forward=*/true);
   const SourcePose found = poses->back();
   const double rise = found.root_position.z() - wanted.root_position.z();
-  double largest = 0;
   for (SourcePose& pose : *poses) {
     const double share = pose.time / period - 0.5;
     pose.root_position.z() -= share * rise;
@@ -62,10 +55,8 @@ double CloseLoop(const CycleMotion& cycle, std::vector<SourcePose>* poses) {
       const Vector3d seam =
           motion::Log(wanted.rotation[j].conjugate() * found.rotation[j]);
       pose.rotation[j] = pose.rotation[j] * motion::Exp(-share * seam);
-      largest = std::max(largest, seam.norm());
     }
   }
-  return largest;
 }
 
 std::vector<SourcePose> Extend(const CycleMotion& cycle,
@@ -109,6 +100,22 @@ std::vector<double> Times(const std::vector<SourcePose>& poses) {
 
 }  // namespace
 
+Vector3d Cycle::Move(const Vector3d& place, const Vector3d& pivot,
+                     bool forward) const {
+  const Vector3d origin(pivot.x(), pivot.y(), 0);
+  const Vector3d shift(x, y, 0);
+  if (forward) {
+    return origin + motion::YawRotation(yaw) * (place - origin) + shift;
+  }
+  return origin + motion::YawRotation(-yaw) * (place - origin - shift);
+}
+
+Cycle MovePivot(const Cycle& cycle, const Vector3d& from, const Vector3d& to) {
+  const Vector3d apart = to - from;
+  const Vector3d shift = motion::YawRotation(cycle.yaw) * apart - apart;
+  return {cycle.x + shift.x(), cycle.y + shift.y(), cycle.yaw};
+}
+
 SourceTrack MakeTrack(const SourceClip& clip, double rate) {
   SourceTrack track;
   track.rate = rate;
@@ -119,8 +126,8 @@ SourceTrack MakeTrack(const SourceClip& clip, double rate) {
   std::vector<SourcePose> poses = clip.poses;
   if (clip.loops) {
     const CycleMotion cycle = FindCycle(clip);
-    track.cycle = {cycle.shift.x(), cycle.shift.y(), cycle.yaw};
-    track.seam_max_rad = CloseLoop(cycle, &poses);
+    track.cycle = cycle.cycle;
+    CloseLoop(cycle, &poses);
     poses = Extend(cycle, poses);
   }
   track.rotation = SampleRotations(poses, Times(poses), samples);

@@ -13,7 +13,17 @@ namespace sinew::import {
 struct Cycle {
   double x = 0, y = 0;  // m
   double yaw = 0;       // rad
+
+  // Where a place is one cycle later or, not `forward`, earlier. `pivot` is the
+  // root's place in the first frame; its height does not matter.
+  Eigen::Vector3d Move(const Eigen::Vector3d& place,
+                       const Eigen::Vector3d& pivot, bool forward) const;
 };
+
+// The same motion of the world as a cycle about another point of the first
+// frame.
+Cycle MovePivot(const Cycle& cycle, const Eigen::Vector3d& from,
+                const Eigen::Vector3d& to);
 
 // A clip at a constant rate, its loop closed.
 struct SourceTrack {
@@ -26,9 +36,6 @@ struct SourceTrack {
   std::vector<std::vector<Eigen::Quaterniond>> rotation;
   // Speed of the track over the file's, from rounding to whole frames; 1: same.
   double retiming = 1;
-  // Largest rotation between a joint's last key and its first (less the cycle),
-  // rad: what closing the loop had to spread over the clip.
-  double seam_max_rad = 0;
 
   int frames() const { return static_cast<int>(root_position.size()); }
 };
