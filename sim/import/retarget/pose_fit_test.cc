@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/testing/matchers.h"
@@ -91,6 +92,42 @@ TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
           << t << " " << i;
     }
   }
+}
+
+TEST_F(PoseFitTest, HandsAreWantedWhereTheSourceHasThemAsFarAsArmsReach) {
+  int reached = 0;
+  for (int t = 0; t < motion_.frames(); ++t) {
+    const auto wanted = [&](const std::string& role) {
+      return wanted_[t][track_.Find(role)];
+    };
+    const auto source = [&](const std::string& role) {
+      return track_.position[t][track_.Find(role)];
+    };
+    for (const std::string side : {"left", "right"}) {
+      const Eigen::Vector3d shoulder = wanted(side + "_shoulder");
+      const Eigen::Vector3d elbow = wanted(side + "_elbow");
+      const Eigen::Vector3d hand = wanted(side + "_wrist");
+      const Eigen::Vector3d place =
+          (wanted("left_hip") + wanted("right_hip")) / 2 +
+          map_.scale * (source(side + "_wrist") -
+                        (source("left_hip") + source("right_hip")) / 2);
+      const double upper = (elbow - shoulder).norm();
+      const double lower = (hand - elbow).norm();
+      // The bones of the humanoid: upper arm and forearm.
+      EXPECT_NEAR(upper,
+                  (wanted_[0][track_.Find(side + "_elbow")] -
+                   wanted_[0][track_.Find(side + "_shoulder")])
+                      .norm(),
+                  1e-9);
+      const double off = (hand - place).norm();
+      reached += off < 1e-9;
+      if (off < 1e-9) continue;
+      // A straight arm that points there.
+      EXPECT_NEAR((hand - shoulder).norm(), upper + lower, 1e-9);
+      EXPECT_NEAR((place - shoulder).norm(), upper + lower + off, 1e-9);
+    }
+  }
+  EXPECT_GT(reached, 0);
 }
 
 TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {

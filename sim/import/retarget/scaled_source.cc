@@ -1,6 +1,7 @@
 #include "sim/import/retarget/scaled_source.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/match.h"
 
@@ -9,6 +10,17 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+// An arm whose elbow is less than this off the line from shoulder to hand is
+// straight; what is nearer to it is on it; m.
+constexpr double kStraight = 0.01;
+constexpr double kNowhere = 1e-6;
+
+Eigen::Map<const Matrix> Frame(int body, const Dynamics& dynamics) {
+  return Eigen::Map<const Matrix>(dynamics.data().xmat + 9 * body);
+}
 
 bool EndsALimb(const std::string& role) {
   return absl::EndsWith(role, "_wrist") || absl::EndsWith(role, "_ankle") ||
@@ -22,6 +34,10 @@ struct Placing {
   double length = 0;  // of the limb, m
   int foot = -1;      // index into BodyMap::bodies of a toe's foot; -1: no toe
   Vector3d from_ankle = Vector3d::Zero();  // in the foot's frame, m
+  // Of a hand: where its elbow goes when the arm bends, in the frame of the
+  // upper arm at index `upper` of BodyMap::bodies; -1: not known.
+  int upper = -1;
+  Vector3d bend = Vector3d::Zero();  // unit
 };
 
 // A toe that does not turn by itself lies where its foot's rotation has it.
@@ -35,11 +51,47 @@ void PlaceToe(const BodyMap& map, int role, Placing* placing) {
   placing->from_ankle = toe.position - map.points[ankle].position;
 }
 
+// The part of `vector` that is square to `axis`.
+Vector3d Across(const Vector3d& vector, const Vector3d& axis) {
+  const Vector3d along = axis.normalized();
+  return vector - along * along.dot(vector);
+}
+
+// How the arm that ends at `hand` bends: as the model's does with the elbow in
+// the middle of its range.
+void PlaceElbow(const RoleTrack& track, const BodyMap& map,
+                const VectorXd& qpos, const RolePoint& hand, Dynamics* dynamics,
+                Placing* placing) {
+  const int elbow = map.FindPoint(placing->limb);
+  const int shoulder = map.FindPoint(
+      track.Find(LimbParent(track.roles[static_cast<size_t>(placing->limb)])));
+  if (elbow < 0 || shoulder < 0) return;
+  const MappedBody& forearm = map.bodies[map.points[elbow].mapped];
+  if (forearm.role != placing->limb || forearm.chain.size() == 0) return;
+  const double middle =
+      (forearm.chain.lower.front() + forearm.chain.upper.front()) / 2;
+  if (!std::isfinite(middle)) return;
+  const mjModel& model = dynamics->model();
+  const int address = model.jnt_qposadr[forearm.chain.joints.front()];
+  VectorXd bent = qpos;
+  bent[address] = model.qpos0[address] + middle;
+  dynamics->SetPose(bent);
+  const Vector3d origin = PointPlace(map, map.points[shoulder], *dynamics);
+  const Vector3d out =
+      Across(PointPlace(map, map.points[elbow], *dynamics) - origin,
+             PointPlace(map, hand, *dynamics) - origin);
+  if (out.norm() < kStraight) return;
+  placing->upper = forearm.parent;
+  placing->bend =
+      Frame(map.bodies[forearm.parent].body, *dynamics).transpose() *
+      out.normalized();
+}
+
 std::vector<Placing> Placings(const RoleTrack& track, const BodyMap& map,
                               const ModelMotion& motion, Dynamics* dynamics) {
-  dynamics->SetPose(motion.qpos[0]);
   std::vector<Placing> placings;
   for (size_t role = 0; role < track.roles.size(); ++role) {
+    dynamics->SetPose(motion.qpos[0]);
     Placing placing;
     placing.point = map.FindPoint(static_cast<int>(role));
     const std::string above = LimbParent(track.roles[role]);
@@ -53,9 +105,51 @@ std::vector<Placing> Placings(const RoleTrack& track, const BodyMap& map,
     if (absl::EndsWith(track.roles[role], "_toe")) {
       PlaceToe(map, static_cast<int>(role), &placing);
     }
+    if (placing.limb >= 0 && absl::EndsWith(track.roles[role], "_wrist")) {
+      PlaceElbow(track, map, motion.qpos[0], map.points[placing.point],
+                 dynamics, &placing);
+    }
     placings.push_back(placing);
   }
   return placings;
+}
+
+// Bends a limb of bones of `upper` and `lower` metres so that its end is at
+// `place`, or as near to it as they reach, with the middle joint on the side
+// where `out` points.
+void BendLimb(const Vector3d& origin, double upper, double lower,
+              const Vector3d& place, const Vector3d& out, Vector3d* middle,
+              Vector3d* end) {
+  const Vector3d along = (place - origin).normalized();
+  const double reach = std::clamp((place - origin).norm(),
+                                  std::abs(upper - lower), upper + lower);
+  const double share =
+      (upper * upper - lower * lower + reach * reach) / (2 * reach);
+  const double off = std::sqrt(std::max(0.0, upper * upper - share * share));
+  *middle = origin + share * along + off * out.normalized();
+  *end = origin + reach * along;
+}
+
+// Draws the hand at `role` to `place`, and its elbow as near to where the
+// source's limb has it as the bones allow.
+void PlaceHand(const std::vector<Placing>& placings, const BodyMap& map,
+               size_t role, const Vector3d& place, const Dynamics& dynamics,
+               std::vector<Vector3d>* places) {
+  const Placing& placing = placings[role];
+  const int shoulder = placings[placing.limb].limb;
+  if (shoulder < 0) return;
+  const Vector3d& origin = (*places)[shoulder];
+  Vector3d& elbow = (*places)[placing.limb];
+  Vector3d out = Across(elbow - origin, place - origin);
+  // An arm held straight does not say which way it bends; the model does.
+  if (placing.upper >= 0) {
+    out += kStraight * Across(Frame(map.bodies[placing.upper].body, dynamics) *
+                                  placing.bend,
+                              place - origin);
+  }
+  if (out.norm() < kNowhere) return;
+  BendLimb(origin, placings[placing.limb].length, placing.length, place, out,
+           &elbow, &(*places)[role]);
 }
 
 }  // namespace
@@ -63,11 +157,8 @@ std::vector<Placing> Placings(const RoleTrack& track, const BodyMap& map,
 Vector3d PointPlace(const BodyMap& map, const RolePoint& point,
                     const Dynamics& dynamics) {
   const int body = map.bodies[point.mapped].body;
-  const mjData& data = dynamics.data();
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(
-      data.xmat + 9 * body);
-  return Eigen::Map<const Vector3d>(data.xpos + 3 * body) +
-         frame * point.position;
+  return Eigen::Map<const Vector3d>(dynamics.data().xpos + 3 * body) +
+         Frame(body, dynamics) * point.position;
 }
 
 ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
@@ -92,10 +183,10 @@ ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
                          placing.length *
                              (source[role] - source[above]).normalized());
         if (absl::EndsWith(track.roles[role], "_wrist")) {
-          const Vector3d from_hips =
-              hips +
-              map.scale * (source[role] - (source[left] + source[right]) / 2);
-          places.back() += kHandShare * (from_hips - places.back());
+          PlaceHand(placings, map, role,
+                    hips + map.scale * (source[role] -
+                                        (source[left] + source[right]) / 2),
+                    *dynamics, &places);
         }
       } else if (placing.foot >= 0) {
         const MappedBody& foot = map.bodies[placing.foot];

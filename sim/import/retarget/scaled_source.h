@@ -14,13 +14,11 @@ namespace sinew::import {
 
 // The source's skeleton at the model's size, where a motion has it: trunk as
 // the model's, limbs in the source's directions with the model's lengths, so
-// that straight limbs stay straight; hands by kHandShare drawn to where the
-// source's are from its hips, scaled with the legs, as what they do they do to
-// each other and to the body; roles that the model lacks beside their parents,
-// scaled with the legs. [frames][roles], world.
+// that straight limbs stay straight; but hands where the source's are from its
+// hips, scaled with the legs (or as near to there as arms reach), as what they
+// do they do to each other and to the body, with elbows bent to them; roles that the model lacks beside their
+// parents, scaled with the legs. [frames][roles], world.
 using ScaledSource = std::vector<std::vector<Eigen::Vector3d>>;
-
-inline constexpr double kHandShare = 0.5;
 
 ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
                          const ModelMotion& motion, Dynamics* dynamics);
