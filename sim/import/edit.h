@@ -101,8 +101,9 @@ ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 // (rotation: in the tangent space of the first), so positions are continuous
 // and velocities too. Where a foot would go below the floor in between the root
 // is lifted, smoothly. A looping motion counts as its stored frames; the result
-// does not loop. No command uses it yet. Errors: different rates or models;
-// gap_s not in (0, 10].
+// does not loop. blend_clips.h makes a clip of it. Errors: different rates or
+// models; gap_s not in (0, kMostBlendGap].
+inline constexpr double kMostBlendGap = 10;  // longer ones are made up
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s);
 
