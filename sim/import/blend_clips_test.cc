@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -16,6 +14,7 @@
 #include "sim/import/read_clip.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/import_model.h"
+#include "sim/import/retarget/model_motion.h"
 #include "sim/import/retarget/retarget.h"
 #include "sim/import/testing/made_clips.h"
 #include "sim/motion/rotation.h"

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/apply_edits.h"
 #include "sim/import/clip_frames.h"
@@ -103,10 +104,11 @@ absl::StatusOr<ImportedClip> Finish(const Source& source,
   return imported;
 }
 
-// Says which of two clips a warning is of.
-void NameWarnings(const Source& source, Retargeted* played) {
+// Says which of two clips a warning is of. Not by name: the same content may
+// have another one when it comes from the cache.
+void MarkWarnings(absl::string_view which, Retargeted* played) {
   for (std::string& warning : played->warnings) {
-    warning = absl::StrCat(NameOf(source), ": ", warning);
+    warning = absl::StrCat(which, " clip: ", warning);
   }
 }
 
@@ -128,8 +130,8 @@ absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
   SINEW_RETURN_IF_ERROR(CheckBlendOptions(blend));
   SINEW_ASSIGN_OR_RETURN(Retargeted before, Play(model, first, options));
   SINEW_ASSIGN_OR_RETURN(Retargeted after, Play(model, second, options));
-  NameWarnings(first, &before);
-  NameWarnings(second, &after);
+  MarkWarnings("first", &before);
+  MarkWarnings("second", &after);
   Dynamics dynamics(model);
   SINEW_ASSIGN_OR_RETURN(Retargeted blended,
                          BlendClips(blend, before, after, &dynamics));

@@ -60,7 +60,7 @@ TEST_F(ImporterBlendTest, JoinsTwoFilesIntoOneClipOfTheLibrary) {
   // On along x: two cycles of 0.8 m, less the last frame.
   EXPECT_NEAR(library->frame(0, 59).root_position[0] -
                   library->frame(0, 0).root_position[0],
-              1.6 * 59 / 60, 0.15);
+              1.6 * 59 / 60, 0.3);
   ASSERT_THAT(reports_, SizeIs(1));
   EXPECT_EQ(reports_[0].file, absl::StrCat(march_, " + ", other_));
   const Json report = ReportOf("blend")["clips"][0];
