@@ -94,6 +94,9 @@ absl::StatusOr<Loop> FindLoop(Dynamics* dynamics, const ModelMotion& motion,
 // without a jump.
 ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 
+// Longer gaps, s, are not led over but made up.
+inline constexpr double kMostBlendGap = 10;
+
 // `first`, then about `gap_s` seconds that lead over, then `second`, which is
 // placed so that it goes on with the heading and at the place to which the mean
 // of both velocities leads. Between the last frame of the one and the first of
@@ -103,7 +106,6 @@ ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 // is lifted, smoothly. A looping motion counts as its stored frames; the result
 // does not loop. blend_clips.h makes a clip of it. Errors: different rates or
 // models; gap_s not in (0, kMostBlendGap].
-inline constexpr double kMostBlendGap = 10;  // longer ones are made up
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s);
 
