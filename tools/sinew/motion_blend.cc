@@ -54,15 +54,18 @@ void AddMotionBlend(CLI::App& motion, Action& action) {
       ->add_option("--trim-first", options->trim_first,
                    "keep from, to of the first (two numbers, s)")
       ->expected(2)
+      ->allow_extra_args(false)
       ->group(group);
   command->add_option("--trim-second", options->trim_second, "of the second")
       ->expected(2)
+      ->allow_extra_args(false)
       ->group(group);
   command
       ->add_option("--with", options->with,
                    "a clip, or a folder of them, that the library holds as "
                    "well; may be repeated")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
   command->add_option("first", options->first, "the clip to begin with")

@@ -139,6 +139,21 @@ TEST_F(MotionCommandTest, ASecondImportLeavesTheReportAlone) {
   EXPECT_THAT(*ReadFile(page), HasSubstr("<!doctype html>"));
 }
 
+TEST_F(MotionCommandTest, TrimTakesTwoNumbersAndNoFiles) {
+  const std::string march =
+      WriteTestFile("march.txt", import::testing::MarchJson());
+  const std::string other =
+      WriteTestFile("other.txt", import::testing::MarchJson(0.05));
+
+  EXPECT_THAT(Run({"import", "--out", TestPath("library"), "--no-html",
+                   "--trim", "0.2", "0.7", march, other}),
+              IsOk());
+
+  const Json report =
+      Json::parse(*ReadFile(JoinPath(TestPath("library"), "report.json")));
+  EXPECT_EQ(report["clips"].size(), 2);
+}
+
 TEST_F(MotionCommandTest, BlendsTwoClipsOverAGap) {
   const std::string march =
       WriteTestFile("march.txt", import::testing::MarchJson());
@@ -146,7 +161,7 @@ TEST_F(MotionCommandTest, BlendsTwoClipsOverAGap) {
       WriteTestFile("other.txt", import::testing::MarchJson(0.05));
 
   ASSERT_THAT(Run({"blend", "--out", TestPath("library"), "--seconds", "0.2",
-                   "--trim-first", "0", "0.8", "--with", march, "--no-pictures",
+                   "--no-pictures", "--trim-first", "0", "0.8", march, "--with",
                    march, other}),
               IsOk());
 

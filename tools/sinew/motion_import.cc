@@ -40,6 +40,7 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   const char* group = "What to do with every clip";
   command->add_option("--trim", options->trim, "keep from, to (two numbers, s)")
       ->expected(2)
+      ->allow_extra_args(false)
       ->group(group);
   command
       ->add_flag("--loop", options->loop,
