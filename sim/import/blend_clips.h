@@ -22,7 +22,7 @@ struct BlendOptions {
   // and at most kMostBlendGap (edit.h); rounded to whole frames, at least one.
   double gap_s = 0.5;
   // What of each is used.
-  KeptSeconds first, second;
+  KeptSeconds first = {}, second = {};
 };
 
 // INVALID_ARGUMENT naming what is out of range. Pure.
