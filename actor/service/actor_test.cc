@@ -396,6 +396,18 @@ TEST_F(ActorTest, DropsWhatReplayRefusesAndCountsIt) {
                         "1"));
 }
 
+TEST_F(ActorTest, SaysWhichIssueOfAnOrderIsDone) {
+  Learner learner(folder_.Address("l"));
+  Start(learner);
+  v1::Order order = learner.MakeOrder(1);
+  order.set_issue(42);
+
+  learner.dispatcher().Add(order);  // never opened: unexpected
+  learner.dispatcher().WaitForDone(1);
+
+  EXPECT_EQ(learner.dispatcher().done_messages()[0].issue(), 42);
+}
+
 TEST_F(ActorTest, GivesAnOrderBackWhoseSegmentReplayRefusesForGood) {
   Learner learner(folder_.Address("l"));
   Actor::Options options = Options(learner.address());

@@ -80,6 +80,7 @@ OutgoingPtr Actor::MakeOutgoing(const v1::Order& order,
   auto outgoing = std::make_shared<OutgoingSegment>();
   outgoing->run_id = order.run_id();
   outgoing->order_id = order.order_id();
+  outgoing->issue = order.issue();
   outgoing->bytes = result.segment.SerializeAsString();
   outgoing->applied_version = order.snapshot_version();
   outgoing->apply_seconds = result.apply_seconds;
@@ -123,6 +124,7 @@ void Actor::ReportVerdict(const OutgoingSegment& segment,
   }
   v1::ActorMessage::Done done;
   done.set_order_id(segment.order_id);
+  done.set_issue(segment.issue);
   done.set_applied_version(segment.applied_version);
   done.set_apply_seconds(segment.apply_seconds);
   done.set_idle_seconds(segment.idle_seconds);

@@ -16,6 +16,7 @@ namespace sinew::actor {
 struct OutgoingSegment {
   std::string run_id;
   int64_t order_id = 0;
+  int64_t issue = 0;  // of the order
   std::string bytes;
   int64_t applied_version = 0;
   double apply_seconds = 0;

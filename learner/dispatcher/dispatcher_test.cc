@@ -229,6 +229,50 @@ TEST_F(DispatcherTest, IgnoresTheRefusalOfAnOrderThatHasASegment) {
   EXPECT_EQ(dispatcher_.statistics().orders_waiting, 0);
 }
 
+TEST_F(DispatcherTest, ALateDoneDoesNotFinishAnOrderThatWasAddedAgain) {
+  dispatcher_.Add(MakeOrders({1}));
+  TestActor actor(rig_, "a");
+  actor.Join();
+  actor.Want(1);
+  ASSERT_THAT(actor.ReadOrder(), Optional(1));
+  dispatcher_.Add(MakeOrders({1}));  // replay was started again
+
+  actor.Done(1);  // what the replay of before has answered
+  actor.Sync();
+
+  EXPECT_EQ(dispatcher_.statistics().orders_waiting, 1);
+  actor.Want(1);
+  EXPECT_THAT(actor.ReadOrder(), Optional(1));
+  actor.Done(1);
+  actor.Sync();
+  EXPECT_EQ(dispatcher_.statistics().orders_leased, 0);
+  EXPECT_EQ(dispatcher_.statistics().orders_waiting, 0);
+}
+
+TEST_F(DispatcherTest, AnActorsAnswerToAnEarlierLearnerFinishesNothing) {
+  v1::Order before;
+  {
+    DispatcherRig earlier(clock_);
+    earlier.dispatcher().Add(MakeOrders({1}));
+    TestActor actor(earlier, "a");
+    actor.Join();
+    actor.Want(1);
+    const auto message = actor.stream().Read();
+    ASSERT_TRUE(message.ok()) << message.status();
+    before = message->order();
+  }
+  clock_.Advance(absl::Seconds(1));
+  DispatcherRig later(clock_);
+  later.dispatcher().Add(MakeOrders({1}));
+  TestActor actor(later, "a");
+  actor.Join();
+
+  actor.Done(before);
+  actor.Sync();
+
+  EXPECT_EQ(later.dispatcher().statistics().orders_waiting, 1);
+}
+
 TEST_F(DispatcherTest, HandsTheOrdersOfABrokenStreamToAnother) {
   dispatcher_.Add(MakeOrders({1}));
   TestActor other(rig_, "other");
@@ -383,7 +427,7 @@ bool LiveAndDie(TestActor& actor, int worker, int lifetime, DoneSet& done) {
     if (id % 5 == worker) {
       actor.Return({id});
     } else {
-      actor.Done(id);
+      actor.Done(message->order());
       done.Insert(id);
     }
     actor.Want(1);

@@ -9,6 +9,7 @@ void OrderPool::Add(const std::vector<v1::Order>& orders) {
     Entry& entry = entries_[order.order_id()];
     entry = Entry();
     entry.order = order;
+    entry.order.set_issue(next_issue_++);
     waiting_.insert(order.order_id());
   }
 }
@@ -42,9 +43,9 @@ std::optional<v1::Order> OrderPool::Assign(int64_t actor, absl::Time now) {
   return latest->order;
 }
 
-void OrderPool::Finish(int64_t actor, int64_t order_id) {
+void OrderPool::Finish(int64_t actor, int64_t order_id, int64_t issue) {
   auto it = entries_.find(order_id);
-  if (it == entries_.end()) return;
+  if (it == entries_.end() || it->second.order.issue() != issue) return;
   it->second.leases.erase(actor);
   it->second.finished = true;
   waiting_.erase(order_id);

@@ -22,13 +22,25 @@ namespace sinew::learner {
 // a harmless duplicate. An actor that is gone or gives an order back puts it
 // back to waiting unless another actor still holds it.
 //
+// Each adding of an order has a number of its own, Order.issue. Replay's answer
+// for an order that was handed over again since says nothing of what replay
+// holds now, so it does not finish the order:
+//
+//   Assign(a) -> order 7, issue 40     a's segment is sent, replay starts again
+//   Add({7})                           the learner found its orders forgotten
+//   Finish(a, 7, 40)                   late: order 7 waits, as issue 41
+//
+// At worst an order is run once more, and its second segment is a duplicate.
+//
 // Thread-safety: none; the dispatcher guards it. Ownership: holds copies of
 // the orders. Blocking: never. Errors: unknown ids are ignored, since late
 // answers are normal.
 class OrderPool {
  public:
-  explicit OrderPool(absl::Duration reissue_after)
-      : reissue_after_(reissue_after) {}
+  // Issues are counted from `first_issue`. A learner that follows another one
+  // begins above all issues of that one: actors may still bring answers to it.
+  OrderPool(absl::Duration reissue_after, int64_t first_issue)
+      : reissue_after_(reissue_after), next_issue_(first_issue) {}
 
   // Adds orders; an id that is there already is replaced and waits again.
   void Add(const std::vector<v1::Order>& orders);
@@ -36,9 +48,10 @@ class OrderPool {
   // The next order for `actor` at `now`, or none.
   std::optional<v1::Order> Assign(int64_t actor, absl::Time now);
 
-  // The actor's segment was answered by replay: its lease ends. The order
-  // stays (finished) until retired, and is not handed out again.
-  void Finish(int64_t actor, int64_t order_id);
+  // The actor's segment of this issue was answered by replay: its lease ends.
+  // The order stays (finished) until retired, and is not handed out again. The
+  // actor need not hold it any more, but an earlier issue counts for nothing.
+  void Finish(int64_t actor, int64_t order_id, int64_t issue);
   // The actor gives an order back; false: it does not hold it.
   bool Return(int64_t actor, int64_t order_id);
   // The same, because replay refused its segment. Returns how often that
@@ -65,6 +78,7 @@ class OrderPool {
   bool Release(int64_t actor, Entry& entry);
 
   absl::Duration reissue_after_;
+  int64_t next_issue_;
   std::map<int64_t, Entry> entries_;
   std::set<int64_t> waiting_;
   int64_t reissued_ = 0;

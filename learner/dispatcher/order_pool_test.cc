@@ -7,6 +7,7 @@ namespace sinew::learner {
 namespace {
 
 constexpr int64_t kFirst = 1, kSecond = 2, kThird = 3;
+constexpr int64_t kFirstIssue = 40;
 const absl::Time kStart = absl::UnixEpoch();
 const absl::Duration kLate = absl::Seconds(20);
 
@@ -22,7 +23,7 @@ int64_t AssignedId(OrderPool& pool, int64_t actor, absl::Time now) {
 }
 
 TEST(OrderPool, HandsOutOrdersByRisingId) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({7, 3, 5}));
 
   EXPECT_EQ(AssignedId(pool, kFirst, kStart), 3);
@@ -34,7 +35,7 @@ TEST(OrderPool, HandsOutOrdersByRisingId) {
 }
 
 TEST(OrderPool, GivesALateOrderToAnotherActorOnly) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({1}));
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
 
@@ -48,18 +49,60 @@ TEST(OrderPool, GivesALateOrderToAnotherActorOnly) {
 }
 
 TEST(OrderPool, NeverHandsOutAFinishedOrderAgain) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({1}));
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
 
-  pool.Finish(kFirst, 1);
+  pool.Finish(kFirst, 1, kFirstIssue);
 
   EXPECT_EQ(AssignedId(pool, kSecond, kStart + kLate * 2), -1);
   EXPECT_EQ(pool.leased(), 0);
 }
 
+TEST(OrderPool, NumbersEveryAddingOfAnOrder) {
+  OrderPool pool(kLate, kFirstIssue);
+  pool.Add(MakeOrders({1, 2}));
+  EXPECT_EQ(pool.Assign(kFirst, kStart)->issue(), 40);
+  EXPECT_EQ(pool.Assign(kFirst, kStart)->issue(), 41);
+
+  pool.Add(MakeOrders({1}));
+
+  EXPECT_EQ(pool.Assign(kFirst, kStart)->issue(), 42);
+}
+
+TEST(OrderPool, ALateAnswerDoesNotFinishAnOrderThatWasAddedAgain) {
+  OrderPool pool(kLate, kFirstIssue);
+  pool.Add(MakeOrders({1}));
+  ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
+  pool.Add(MakeOrders({1}));  // replay has forgotten it
+
+  pool.Finish(kFirst, 1, kFirstIssue);
+
+  EXPECT_EQ(pool.waiting(), 1);
+  ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
+
+  // Nor does it end the lease that the same actor has by now.
+  pool.Finish(kFirst, 1, kFirstIssue);
+  EXPECT_EQ(pool.held_by(kFirst), 1);
+  pool.Finish(kFirst, 1, kFirstIssue + 1);
+  EXPECT_EQ(pool.held_by(kFirst), 0);
+  EXPECT_EQ(AssignedId(pool, kSecond, kStart + kLate * 2), -1);
+}
+
+TEST(OrderPool, AnAnswerFinishesAnOrderThatTheActorHoldsNoMore) {
+  OrderPool pool(kLate, kFirstIssue);
+  pool.Add(MakeOrders({1}));
+  ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
+  pool.Forget(kFirst);  // its stream broke; the segment went on to replay
+
+  pool.Finish(kSecond, 1, kFirstIssue);  // its next stream
+
+  EXPECT_EQ(pool.waiting(), 0);
+  EXPECT_EQ(AssignedId(pool, kSecond, kStart), -1);
+}
+
 TEST(OrderPool, PutsOrdersOfALostActorBack) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({1, 2}));
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 2);
@@ -71,7 +114,7 @@ TEST(OrderPool, PutsOrdersOfALostActorBack) {
 }
 
 TEST(OrderPool, KeepsAReturnedOrderLeasedWhileAnotherActorHoldsIt) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({1}));
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
   ASSERT_EQ(AssignedId(pool, kSecond, kStart + kLate), 1);
@@ -85,12 +128,12 @@ TEST(OrderPool, KeepsAReturnedOrderLeasedWhileAnotherActorHoldsIt) {
 }
 
 TEST(OrderPool, IgnoresAnswersForRetiredOrders) {
-  OrderPool pool(kLate);
+  OrderPool pool(kLate, kFirstIssue);
   pool.Add(MakeOrders({1}));
   ASSERT_EQ(AssignedId(pool, kFirst, kStart), 1);
   pool.Retire({1});
 
-  pool.Finish(kFirst, 1);
+  pool.Finish(kFirst, 1, kFirstIssue);
   pool.Return(kFirst, 1);
   pool.Forget(kFirst);
 

@@ -23,6 +23,12 @@ absl::Status GoingAway() {
   return absl::UnavailableError("the learner is going away");
 }
 
+// Above all issues of a learner that came before, which hands over less than a
+// million orders per second.
+int64_t FirstIssue(const Clock& clock) {
+  return absl::ToUnixMicros(clock.WallNow());
+}
+
 // A peer's number of seconds that is to be summed.
 double Reported(double seconds) {
   return std::isfinite(seconds) ? std::max(0.0, seconds) : 0;
@@ -36,7 +42,7 @@ Roster::Roster(const Dispatcher::Options& options, const Clock& clock)
       longest_silence_(kMissedHeartbeats *
                        absl::Seconds(options.welcome.heartbeat_seconds())),
       clock_(clock),
-      pool_(options.reissue_after) {}
+      pool_(options.reissue_after, FirstIssue(clock)) {}
 
 void Roster::Enter(Session& session) {
   session.last_heard = clock_.SteadyNow();
@@ -100,7 +106,7 @@ void Roster::Admit(Session& session, const v1::ActorMessage& message) {
 }
 
 void Roster::Finish(Session& session, const v1::ActorMessage::Done& done) {
-  pool_.Finish(session.id, done.order_id());
+  pool_.Finish(session.id, done.order_id(), done.issue());
   totals_.idle_seconds += Reported(done.idle_seconds());
   totals_.blocked_seconds += Reported(done.blocked_seconds());
   if (done.applied_version() <= session.applied_version) return;

@@ -15,6 +15,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/server.h"
 #include "common/rpc/status.h"
+#include "common/rpc/testing/held_grpc.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -33,6 +34,9 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+
+[[maybe_unused]] const auto* const held_grpc =
+    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
 // Within a test's own limit, so that it says what it waited for.
 constexpr absl::Duration kLong = absl::Seconds(30);

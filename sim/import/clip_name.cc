@@ -64,8 +64,9 @@ std::optional<std::string> CmuTrial(absl::string_view path,
 }
 
 // The names that a file may have, best first.
-std::vector<std::string> Candidates(const std::string& path) {
-  const std::string name = ClipName(path);
+std::vector<std::string> Candidates(const NamedFile& file) {
+  const std::string& path = file.path;
+  const std::string name = file.name.empty() ? ClipName(path) : file.name;
   const std::string folder = FolderName(path);
   const std::string extension =
       std::string(absl::StripPrefix(LowerCaseExtension(path), "."));
@@ -113,7 +114,7 @@ std::vector<absl::StatusOr<std::string>> UniqueNames(
   std::vector<absl::StatusOr<std::string>> names;
   std::map<std::string, const NamedFile*> taken;
   for (const NamedFile& file : files) {
-    const std::vector<std::string> candidates = Candidates(file.path);
+    const std::vector<std::string> candidates = Candidates(file);
     absl::StatusOr<std::string> chosen;
     for (const std::string& candidate : candidates) {
       const auto [owner, free] = taken.try_emplace(candidate, &file);
@@ -125,7 +126,7 @@ std::vector<absl::StatusOr<std::string>> UniqueNames(
           absl::StrCat(file.path, ": expected a unique name, found \"",
                        candidate, "\" twice (also ", owner->second->path, ")"));
       const NamedFile& other = *owner->second;
-      if (other.path == file.path ||
+      if ((file.name.empty() && other.path == file.path) ||
           (!file.sha256.empty() && other.sha256 == file.sha256)) {
         break;
       }

@@ -30,6 +30,9 @@ std::string TrialName(absl::string_view path);
 struct NamedFile {
   std::string path;
   std::string sha256;  // of its content; empty: it could not be read
+  // What it is called instead of the file's name; empty: as the file. A name
+  // that is given twice is not the same clip because the file is.
+  std::string name = {};
 };
 
 // A unique name for each file, in order. The first file of a name has it. A

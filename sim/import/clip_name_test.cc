@@ -79,6 +79,17 @@ TEST(UniqueNames, RefusesTheSameFileAndTheSameContentTwice) {
   EXPECT_THAT(names[3], IsOkAndHolds("stroll"));  // a name of its own
 }
 
+TEST(UniqueNames, TakesANameThatIsGivenInsteadOfTheFiles) {
+  const auto names = UniqueNames({{"a/walk.bvh", "1"},
+                                  {"a/walk.bvh", "2", "walk_to_run"},
+                                  {"a/walk.bvh", "3", "walk_to_run"},
+                                  {"b/walk.bvh", "2", "walk_to_run"}});
+
+  EXPECT_THAT(names[1], IsOkAndHolds("walk_to_run"));
+  EXPECT_THAT(names[2], IsOkAndHolds("a_walk_to_run"));  // to another run
+  EXPECT_THAT(names[3], StatusIs(absl::StatusCode::kAlreadyExists));
+}
+
 TEST(UniqueNames, RefusesWhatNoFolderTellsApart) {
   const auto names = UniqueNames({{"x/a/walk.bvh", "1"},
                                   {"y/a/walk.bvh", "2"},

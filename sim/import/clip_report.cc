@@ -77,6 +77,13 @@ void AddMeasurements(const ClipReport& report, Json* clip) {
   (*clip)["retiming"] = Number(report.retiming);
   (*clip)["supported_percent"] = Number(100 * report.supported_share);
   (*clip)["source"] = SourceJson(info.source());
+  if (info.has_blend()) {
+    const v1::BlendedClip& next = info.blend();
+    (*clip)["blend"] = {{"file", next.source_file()},
+                        {"trial", next.trial()},
+                        {"gap_seconds", Number(next.gap_s())},
+                        {"source", SourceJson(next.source())}};
+  }
   Json figures = Json::object();
   for (const Figure& figure : kFigures) {
     figures[figure.name] = Number(figure.scale * figure.value(info.quality()));

@@ -14,7 +14,7 @@ namespace sinew::import {
 
 // What became of one file.
 struct ClipReport {
-  std::string file;  // path as given
+  std::string file;  // path as given; "FIRST + SECOND" of a blend
   std::string name;
   // OK: good enough for the library. Else why not: FAILED_PRECONDITION if the
   // quality gate rejected it (`info` is complete then), else the error of
@@ -53,6 +53,7 @@ struct ClipReport {
 //      "seconds", "frames", "loops", "trial", "retiming", "supported_percent",
 //      "source": {"format", "frames_per_second", "metres_per_unit", "up_axis",
 //                 "quaternion_order", "map", "concluded": [...]},
+//      "blend": {"file", "trial", "gap_seconds", "source"},   of a blend
 //      "figures": {...},                              see kFigures in the .cc
 //      "retarget_errors": [{"joint", "mean_cm", "max_cm"}],
 //      "import_core_seconds", "cache_key"}]}

@@ -67,7 +67,7 @@ absl::StatusOr<ClipFormat> DetectJson(const std::string& path,
 
 absl::StatusOr<ClipFormat> DetectXml(const std::string& path,
                                      absl::string_view text) {
-  if (absl::StrContains(text, "<key")) return ClipFormat::kKeyframes;
+  if (absl::StrContains(text, kKeyframeTag)) return ClipFormat::kKeyframes;
   return NoClip(path, "XML without <keyframe>");
 }
 

@@ -20,6 +20,9 @@ enum class ClipFormat {
   kFbx,
 };
 
+// What XML must hold to be a clip: keyframes.
+inline constexpr absl::string_view kKeyframeTag = "<key";
+
 // As in v1::ClipSource.format, and as users write it: "bvh", "asf_amc", ...
 absl::string_view FormatName(ClipFormat format);
 
@@ -27,7 +30,8 @@ absl::string_view FormatName(ClipFormat format);
 absl::StatusOr<ClipFormat> FormatOfName(absl::string_view name);
 
 // What a file is, by the signature of its content and, where formats have none,
-// the extension of its name. `bytes` may be its beginning alone (64 KiB do).
+// the extension of its name. `bytes` may be its beginning alone (64 KiB do, but
+// for a model whose keyframes stand behind them).
 // INVALID_ARGUMENT naming the file for what is no clip, with what it is instead
 // if that is known: a skeleton without motion, a model without keyframes,
 // marker positions (C3D), a clip of another body. Pure.

@@ -94,6 +94,9 @@ absl::StatusOr<Loop> FindLoop(Dynamics* dynamics, const ModelMotion& motion,
 // without a jump.
 ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 
+// Longer gaps, s, are not led over but made up.
+inline constexpr double kMostBlendGap = 10;
+
 // `first`, then about `gap_s` seconds that lead over, then `second`, which is
 // placed so that it goes on with the heading and at the place to which the mean
 // of both velocities leads. Between the last frame of the one and the first of
@@ -101,8 +104,8 @@ ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 // (rotation: in the tangent space of the first), so positions are continuous
 // and velocities too. Where a foot would go below the floor in between the root
 // is lifted, smoothly. A looping motion counts as its stored frames; the result
-// does not loop. No command uses it yet. Errors: different rates or models;
-// gap_s not in (0, 10].
+// does not loop. blend_clips.h makes a clip of it. Errors: different rates or
+// models; gap_s not in (0, kMostBlendGap].
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s);
 

@@ -16,8 +16,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Longer gaps are not led over but made up.
-constexpr double kMostGap = 10;
 // A lift is a bump over the whole gap; what it must reach near the ends, where
 // it is lower than this, is left to the floor calibration.
 constexpr double kLeastLift = 0.2;
@@ -36,10 +34,10 @@ absl::Status CheckBlend(const ModelMotion& first, const ModelMotion& second,
         "blend: expected motions of one model, found ", first.qpos[0].size(),
         " and ", second.qpos[0].size(), " coordinates"));
   }
-  if (!(gap_s > 0 && gap_s <= kMostGap)) {
+  if (!(gap_s > 0 && gap_s <= kMostBlendGap)) {
     return absl::InvalidArgumentError(
         absl::StrCat("blend: expected a gap of more than 0 and at most ",
-                     kMostGap, " s, found ", gap_s));
+                     kMostBlendGap, " s, found ", gap_s));
   }
   return absl::OkStatus();
 }

@@ -1,13 +1,16 @@
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "sim/import/detect_format.h"
+#include "sim/import/formats/keyframes.h"
 #include "sim/import/read_clip.h"
 
 namespace sinew::import {
@@ -15,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Enough for DetectFormat.
+// Enough for DetectFormat, of most files.
 constexpr size_t kHead = 64 << 10;
+constexpr size_t kPiece = 1 << 20;
 
 std::string ReadHead(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -24,6 +28,30 @@ std::string ReadHead(const std::string& path) {
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<size_t>(file.gcount()));
   return head;
+}
+
+// Whether keyframes stand behind the beginning of a model: they come last, and
+// models may be long. The file is read in pieces, no further than the reader of
+// keyframes would go.
+bool HoldsKeyframes(const std::string& path, absl::string_view head) {
+  if (head.size() < kHead || !absl::StrContains(head, "<mujoco")) return false;
+  // The tag may begin in one piece and end in the next.
+  constexpr auto kOverlap = static_cast<int64_t>(kKeyframeTag.size()) - 1;
+  std::ifstream file(path, std::ios::binary);
+  std::string piece(kPiece, '\0');
+  for (int64_t start = static_cast<int64_t>(kHead) - kOverlap;
+       start < kKeyframesMaxBytes;
+       start += static_cast<int64_t>(kPiece) - kOverlap) {
+    file.seekg(start);
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    const auto count = static_cast<size_t>(file.gcount());
+    if (absl::StrContains(absl::string_view(piece.data(), count),
+                          kKeyframeTag)) {
+      return true;
+    }
+    if (count < piece.size()) return false;
+  }
+  return false;
 }
 
 // Notes, licences and tables lie beside clips; only what a person would take
@@ -40,7 +68,7 @@ bool LooksLikeClip(const std::string& path) {
   }
   const std::string head = ReadHead(path);
   const auto format = DetectFormat(path, head);
-  if (!format.ok()) return false;
+  if (!format.ok()) return extension == ".xml" && HoldsKeyframes(path, head);
   if (*format == ClipFormat::kDeepMimic) {
     return head.find("\"Frames\"") != std::string::npos;
   }

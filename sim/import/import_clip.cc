@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <variant>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/apply_edits.h"
 #include "sim/import/clip_frames.h"
@@ -57,18 +60,42 @@ void FillInfo(const Retargeted& played, const std::string& name,
   if (!played.map.empty()) info->mutable_source()->set_map(played.map);
 }
 
-template <typename Clip>
-absl::StatusOr<ImportedClip> Finish(const ImportModel& model, const Clip& clip,
+const std::string& NameOf(const Source& source) {
+  return std::visit(
+      [](const auto& clip) -> const std::string& { return clip.name; }, source);
+}
+
+const v1::ClipSource& FactsOf(const Source& source) {
+  return std::visit(
+      [](const auto& clip) -> const v1::ClipSource& { return clip.facts; },
+      source);
+}
+
+// A clip as it is on the character, without edits.
+absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
+                                const ClipOptions& options) {
+  RetargetOptions retarget;
+  retarget.rate = options.rate;
+  retarget.map = options.map;
+  if (const auto* clip = std::get_if<SourceClip>(&source)) {
+    SINEW_RETURN_IF_ERROR(CheckDuration(clip->name, clip->duration()));
+    return RetargetClip(model, *clip, retarget);
+  }
+  const auto& clip = std::get<RobotClip>(source);
+  SINEW_RETURN_IF_ERROR(CheckDuration(clip.name, clip.duration()));
+  return FitRobotClip(model, clip, retarget);
+}
+
+absl::StatusOr<ImportedClip> Finish(const Source& source,
                                     const ClipOptions& options,
-                                    Retargeted played) {
+                                    Retargeted played, Dynamics* dynamics) {
   ImportedClip imported;
-  Dynamics dynamics(model);
   if (HasEdits(options.edits)) {
     SINEW_RETURN_IF_ERROR(
-        ApplyEdits(*options.mirror, options.edits, &dynamics, &played));
+        ApplyEdits(*options.mirror, options.edits, dynamics, &played));
   }
-  imported.frames = MakeClipFrames(&dynamics, played.motion, played.frames);
-  FillInfo(played, clip.name, clip.facts, &imported.info);
+  imported.frames = MakeClipFrames(dynamics, played.motion, played.frames);
+  FillInfo(played, NameOf(source), FactsOf(source), &imported.info);
   imported.preview = MakePreview(played);
   imported.duration_s = played.motion.frames() / played.motion.rate;
   imported.retiming = played.retiming;
@@ -77,25 +104,45 @@ absl::StatusOr<ImportedClip> Finish(const ImportModel& model, const Clip& clip,
   return imported;
 }
 
+// Says which of two clips a warning is of. Not by name: the same content may
+// have another one when it comes from the cache.
+void MarkWarnings(absl::string_view which, Retargeted* played) {
+  for (std::string& warning : played->warnings) {
+    warning = absl::StrCat(which, " clip: ", warning);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
                                         const Source& source,
                                         const ClipOptions& options) {
-  RetargetOptions retarget;
-  retarget.rate = options.rate;
-  retarget.map = options.map;
-  if (const auto* clip = std::get_if<SourceClip>(&source)) {
-    SINEW_RETURN_IF_ERROR(CheckDuration(clip->name, clip->duration()));
-    SINEW_ASSIGN_OR_RETURN(Retargeted played,
-                           RetargetClip(model, *clip, retarget));
-    return Finish(model, *clip, options, std::move(played));
-  }
-  const auto& clip = std::get<RobotClip>(source);
-  SINEW_RETURN_IF_ERROR(CheckDuration(clip.name, clip.duration()));
-  SINEW_ASSIGN_OR_RETURN(Retargeted played,
-                         FitRobotClip(model, clip, retarget));
-  return Finish(model, clip, options, std::move(played));
+  SINEW_ASSIGN_OR_RETURN(Retargeted played, Play(model, source, options));
+  Dynamics dynamics(model);
+  return Finish(source, options, std::move(played), &dynamics);
+}
+
+absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
+                                         const Source& first,
+                                         const Source& second,
+                                         const BlendOptions& blend,
+                                         const ClipOptions& options) {
+  SINEW_RETURN_IF_ERROR(CheckBlendOptions(blend));
+  SINEW_ASSIGN_OR_RETURN(Retargeted before, Play(model, first, options));
+  SINEW_ASSIGN_OR_RETURN(Retargeted after, Play(model, second, options));
+  MarkWarnings("first", &before);
+  MarkWarnings("second", &after);
+  Dynamics dynamics(model);
+  SINEW_ASSIGN_OR_RETURN(Retargeted blended,
+                         BlendClips(blend, before, after, &dynamics));
+  SINEW_ASSIGN_OR_RETURN(ImportedClip imported,
+                         Finish(first, options, std::move(blended), &dynamics));
+  v1::BlendedClip* next = imported.info.mutable_blend();
+  *next->mutable_source() = FactsOf(second);
+  if (!after.map.empty()) next->mutable_source()->set_map(after.map);
+  const double steps = std::round(blend.gap_s * options.rate);
+  next->set_gap_s(std::max(1.0, steps) / options.rate);
+  return imported;
 }
 
 }  // namespace sinew::import

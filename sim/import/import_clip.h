@@ -8,6 +8,7 @@
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/skeleton_map.pb.h"
+#include "sim/import/blend_clips.h"
 #include "sim/import/edit.h"
 #include "sim/import/formats/source_clip.h"
 #include "sim/import/retarget/import_model.h"
@@ -66,6 +67,15 @@ struct ImportedClip {
 absl::StatusOr<ImportedClip> ImportClip(const ImportModel& model,
                                         const Source& source,
                                         const ClipOptions& options);
+
+// The same for two clips that are joined over a gap into one (blend_clips.h);
+// options.edits are of the whole. The info's `blend` says what follows the
+// first, but for what depends on the file, and how long the gap is.
+absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
+                                         const Source& first,
+                                         const Source& second,
+                                         const BlendOptions& blend,
+                                         const ClipOptions& options);
 
 }  // namespace sinew::import
 

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
@@ -26,14 +28,32 @@ void AddField(absl::string_view name, absl::string_view value,
   absl::StrAppend(text, name, ":", value.size(), ":", value, "\n");
 }
 
+// Every number by a text of its own.
+void AppendExact(std::string* text, double value) {
+  absl::StrAppendFormat(text, "%.17g", value);
+}
+
+void AddFile(const JobFile& file, std::string* text) {
+  AddField("content", file.sha256, text);
+  AddField("companions", file.companions_sha256, text);
+  // Formats without a signature are told apart by the extension.
+  AddField("kind", LowerCaseExtension(file.path), text);
+}
+
 std::string Key(const ImportContext& context, const ImportJob& job) {
   std::string text;
   AddField("options", context.options_sha256, &text);
-  AddField("content", job.sha256, &text);
-  AddField("companions", job.companions_sha256, &text);
+  AddFile(job.file, &text);
   AddField("mirrored", job.mirrored ? "yes" : "no", &text);
-  // Formats without a signature are told apart by the extension.
-  AddField("kind", LowerCaseExtension(job.file), &text);
+  if (job.next.has_value()) {
+    AddFile(*job.next, &text);
+    const BlendOptions& blend = job.blend;
+    AddField("blend",
+             absl::StrJoin({blend.gap_s, blend.first.from_s, blend.first.to_s,
+                            blend.second.from_s, blend.second.to_s},
+                           " ", AppendExact),
+             &text);
+  }
   return Sha256Hex(text);
 }
 
@@ -51,57 +71,93 @@ std::string CompanionsDigest(const std::string& file, absl::string_view bytes,
   return Sha256Hex(digests);
 }
 
+JobFile ReadJobFile(const std::string& path, const ReadClipOptions& options) {
+  JobFile file;
+  file.path = path;
+  const absl::StatusOr<std::string> bytes = ReadFile(path, kMaxClipBytes);
+  if (!bytes.ok()) {
+    file.readable = bytes.status();
+    return file;
+  }
+  file.sha256 = Sha256Hex(*bytes);
+  file.companions_sha256 = CompanionsDigest(path, *bytes, options);
+  return file;
+}
+
+// The clip of a file, if that is still what it was.
+absl::StatusOr<Source> Read(const ImportContext& context, const JobFile& file,
+                            const std::string& name) {
+  SINEW_ASSIGN_OR_RETURN(const std::string bytes,
+                         ReadFile(file.path, kMaxClipBytes));
+  if (Sha256Hex(bytes) != file.sha256) {
+    return absl::AbortedError(
+        absl::StrCat(file.path, ": it changed while it was being imported"));
+  }
+  absl::StatusOr<Source> source =
+      ReadClip(file.path, bytes, name, &context.model, context.options.read);
+  if (CompanionsDigest(file.path, bytes, context.options.read) !=
+      file.companions_sha256) {
+    return absl::AbortedError(absl::StrCat(
+        file.path, ": its skeleton changed while it was being imported"));
+  }
+  return source;
+}
+
 absl::StatusOr<ImportedClip> Import(const ImportContext& context,
                                     const ImportJob& job,
                                     const std::string& name) {
-  SINEW_ASSIGN_OR_RETURN(const std::string bytes,
-                         ReadFile(job.file, kMaxClipBytes));
-  if (Sha256Hex(bytes) != job.sha256) {
-    return absl::AbortedError(
-        absl::StrCat(job.file, ": it changed while it was being imported"));
-  }
-  const absl::StatusOr<Source> source =
-      ReadClip(job.file, bytes, name, &context.model, context.options.read);
-  if (CompanionsDigest(job.file, bytes, context.options.read) !=
-      job.companions_sha256) {
-    return absl::AbortedError(absl::StrCat(
-        job.file, ": its skeleton changed while it was being imported"));
-  }
-  SINEW_RETURN_IF_ERROR(source.status());
   ClipOptions options;
   options.rate = context.options.rate;
   if (context.options.map) options.map = &*context.options.map;
   options.edits = context.options.edits;
   options.edits.mirror = job.mirrored;
   options.mirror = &context.mirror;
-  return ImportClip(context.model, *source, options);
+  if (!job.next.has_value()) {
+    SINEW_ASSIGN_OR_RETURN(const Source source, Read(context, job.file, name));
+    return ImportClip(context.model, source, options);
+  }
+  SINEW_ASSIGN_OR_RETURN(const Source first,
+                         Read(context, job.file, ClipName(job.file.path)));
+  SINEW_ASSIGN_OR_RETURN(const Source second,
+                         Read(context, *job.next, ClipName(job.next->path)));
+  return ImportBlend(context.model, first, second, job.blend, options);
 }
 
 // Errors of a clip name it, but not always its file.
-absl::Status WithFile(const std::string& file, const absl::Status& status) {
-  if (absl::string_view(status.message()).find(file) !=
-      absl::string_view::npos) {
+absl::Status WithFile(const ImportJob& job, const absl::Status& status) {
+  if (absl::StrContains(status.message(), job.file.path) ||
+      (job.next && absl::StrContains(status.message(), job.next->path))) {
     return status;
   }
   return absl::Status(status.code(),
-                      absl::StrCat(file, ": ", status.message()));
+                      absl::StrCat(job.Path(), ": ", status.message()));
+}
+
+// What a manifest calls a file: without folders.
+std::string SourceFile(const std::string& path) {
+  const std::string extension = LowerCaseExtension(path);
+  return absl::StrCat(ClipName(path),
+                      path.substr(path.size() - extension.size()));
 }
 
 // What the cache holds does not know the clip's file and library.
 void Dress(const ImportContext& context, const ImportJob& job,
            const std::string& name, ClipReport* report) {
-  report->file = job.file;
+  report->file = job.Path();
   report->name = job.mirrored ? absl::StrCat(name, kMirrorSuffix) : name;
   if (!report->measured()) return;
   v1::ClipInfo& info = report->info;
   info.set_name(report->name);
   info.set_mirror_of(job.mirrored ? name : "");
-  const std::string stem = ClipName(job.file);
-  info.set_source_file(absl::StrCat(
-      stem,
-      job.file.substr(job.file.size() - LowerCaseExtension(job.file).size())));
-  info.set_source_sha256(job.sha256);
-  info.set_trial(TrialName(job.file));
+  info.set_source_file(SourceFile(job.file.path));
+  info.set_source_sha256(job.file.sha256);
+  info.set_trial(TrialName(job.file.path));
+  if (job.next.has_value()) {
+    v1::BlendedClip& next = *info.mutable_blend();
+    next.set_source_file(SourceFile(job.next->path));
+    next.set_source_sha256(job.next->sha256);
+    next.set_trial(TrialName(job.next->path));
+  }
   info.set_provenance(context.options.provenance);
   info.set_licence(context.options.licence);
 }
@@ -109,12 +165,12 @@ void Dress(const ImportContext& context, const ImportJob& job,
 ClipReport RunFresh(const ImportContext& context, const ImportJob& job,
                     const std::string& key, const std::string& name) {
   ClipReport report;
-  report.file = job.file;
+  report.file = job.Path();
   const double start = ThreadSeconds();
   absl::StatusOr<ImportedClip> clip = Import(context, job, name);
   report.core_seconds = ThreadSeconds() - start;
   if (!clip.ok()) {
-    report.status = WithFile(job.file, clip.status());
+    report.status = WithFile(job, clip.status());
     // What may be different the next time is not kept.
     if (absl::IsInvalidArgument(report.status) &&
         context.cache.StoreError(key, report).ok()) {
@@ -142,8 +198,10 @@ void Judge(const ImportOptions& options, ClipReport* report) {
   }
   report->verdict = JudgeQuality(report->info.quality());
   Verdict& verdict = report->verdict;
+  const v1::ClipInfo& info = report->info;
   if (!options.map && verdict.status == ClipStatus::kOk &&
-      report->info.source().map() == kDraftName) {
+      (info.source().map() == kDraftName ||
+       info.blend().source().map() == kDraftName)) {
     verdict.status = ClipStatus::kWarned;
     verdict.reason =
         "no known skeleton map fits; one was drafted from joint names and "
@@ -155,16 +213,38 @@ void Judge(const ImportOptions& options, ClipReport* report) {
   }
 }
 
+absl::Status ImportJob::readable() const {
+  if (!file.readable.ok() || !next.has_value()) return file.readable;
+  return next->readable;
+}
+
+std::string ImportJob::Path() const {
+  if (!next.has_value()) return file.path;
+  return absl::StrCat(file.path, " + ", next->path);
+}
+
+std::string ImportJob::Name() const {
+  const std::string name = ClipName(file.path);
+  if (!next.has_value()) return name;
+  return absl::StrCat(name, "_to_", ClipName(next->path));
+}
+
+std::string ImportJob::Sha256() const {
+  if (!readable().ok()) return "";
+  if (!next.has_value()) return file.sha256;
+  return Sha256Hex(absl::StrCat(file.sha256, next->sha256));
+}
+
 ImportJob MakeJob(const std::string& file, const ReadClipOptions& options) {
   ImportJob job;
-  job.file = file;
-  const absl::StatusOr<std::string> bytes = ReadFile(file, kMaxClipBytes);
-  if (!bytes.ok()) {
-    job.readable = bytes.status();
-    return job;
-  }
-  job.sha256 = Sha256Hex(*bytes);
-  job.companions_sha256 = CompanionsDigest(file, *bytes, options);
+  job.file = ReadJobFile(file, options);
+  return job;
+}
+
+ImportJob MakeJob(const BlendedFiles& files, const ReadClipOptions& options) {
+  ImportJob job = MakeJob(files.first, options);
+  job.next = ReadJobFile(files.second, options);
+  job.blend = files.blend;
   return job;
 }
 
@@ -172,7 +252,9 @@ std::string OptionsDigest(const std::string& character_digest,
                           const ImportOptions& options) {
   const ReadOptions& read = options.read.read;
   const auto exact = [](double value) {
-    return absl::StrFormat("%.17g", value);
+    std::string result;
+    AppendExact(&result, value);
+    return result;
   };
   const auto number = [&](const std::optional<double>& value) {
     return value ? exact(*value) : std::string("unset");
@@ -205,7 +287,7 @@ ClipReport RunJob(const ImportContext& context, const ImportJob& job,
   absl::StatusOr<ClipReport> found = context.cache.FindReport(key);
   // An error names the file as it was called then.
   const bool usable =
-      found.ok() && (found->status.ok() || found->file == job.file);
+      found.ok() && (found->status.ok() || found->file == job.Path());
   ClipReport report =
       usable ? *std::move(found) : RunFresh(context, job, key, name);
   Dress(context, job, name, &report);

@@ -1,8 +1,10 @@
 #ifndef SINEW_SIM_IMPORT_IMPORT_JOB_H_
 #define SINEW_SIM_IMPORT_IMPORT_JOB_H_
 
+#include <optional>
 #include <string>
 
+#include "absl/status/status.h"
 #include "sim/import/clip_cache.h"
 #include "sim/import/clip_report.h"
 #include "sim/import/importer.h"
@@ -10,18 +12,36 @@
 
 namespace sinew::import {
 
-// One file on its way into a library.
-struct ImportJob {
-  std::string file;
+// A file as it was when the import began.
+struct JobFile {
+  std::string path;
   absl::Status readable;  // OK, or why it could not be read
   std::string sha256;     // of the content; of the companions, in one
   std::string companions_sha256;
-  // The mirror image of the clip is meant.
-  bool mirrored = false;
 };
 
-// Reads a file once to know it by its content. Blocking: on the disk.
+// One clip on its way into a library.
+struct ImportJob {
+  JobFile file;
+  // What follows it over a gap, and how, of a clip that is joined from two.
+  std::optional<JobFile> next;
+  BlendOptions blend;
+  // The mirror image of the clip is meant.
+  bool mirrored = false;
+
+  // OK, or why one of its files could not be read.
+  absl::Status readable() const;
+  // What reports call its source: the file's path, or "FIRST + SECOND".
+  std::string Path() const;
+  // What it would like to be called, without kMirrorSuffix.
+  std::string Name() const;
+  // Of the content that it is made of; empty: it could not be read.
+  std::string Sha256() const;
+};
+
+// Read the files once to know them by their content. Blocking: on the disk.
 ImportJob MakeJob(const std::string& file, const ReadClipOptions& options);
+ImportJob MakeJob(const BlendedFiles& files, const ReadClipOptions& options);
 
 // What all files of an import share. Borrows everything.
 struct ImportContext {

@@ -39,6 +39,9 @@ absl::Status Check(const ImportOptions& options, const ImportModel& model,
     return absl::InvalidArgumentError(absl::StrCat(
         "threads: expected 0 (all) or more, found ", options.threads));
   }
+  for (const BlendedFiles& blend : options.blends) {
+    SINEW_RETURN_IF_ERROR(CheckBlendOptions(blend.blend));
+  }
   if (model.feet.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "character ", character, ": feet: expected at least one, found none"));
@@ -73,8 +76,8 @@ class Telling {
 ClipReport Refused(const ImportContext& context, const ImportJob& job,
                    const absl::Status& status) {
   ClipReport report;
-  report.file = job.file;
-  report.name = ClipName(job.file);
+  report.file = job.Path();
+  report.name = job.Name();
   report.status = status;
   Judge(context.options, &report);
   return report;
@@ -83,10 +86,12 @@ ClipReport Refused(const ImportContext& context, const ImportJob& job,
 // The clip of a job if it has a name.
 ClipReport RunNamed(const ImportContext& context, const ImportJob& job,
                     const absl::StatusOr<std::string>& name) {
-  if (!job.readable.ok()) return Refused(context, job, job.readable);
+  if (const absl::Status readable = job.readable(); !readable.ok()) {
+    return Refused(context, job, readable);
+  }
   if (!name.ok()) return Refused(context, job, name.status());
   ClipReport report = RunJob(context, job, *name);
-  const std::string plain = ClipName(job.file);
+  const std::string plain = job.Name();
   if (*name != plain && report.measured()) {
     report.warnings.push_back(absl::StrCat("another file is called ", plain,
                                            "; this clip is ", report.name));
@@ -94,17 +99,32 @@ ClipReport RunNamed(const ImportContext& context, const ImportJob& job,
   return report;
 }
 
-// One report per file and copy, in order.
+// One job per file, then one per blend.
+std::vector<ImportJob> MakeJobs(const ImportOptions& options,
+                                const std::vector<std::string>& files,
+                                int threads) {
+  std::vector<ImportJob> jobs(files.size() + options.blends.size());
+  ForEachIndex(
+      static_cast<int>(jobs.size()), threads, options.stop, [&](size_t i) {
+        jobs[i] = i < files.size()
+                      ? MakeJob(files[i], options.read)
+                      : MakeJob(options.blends[i - files.size()], options.read);
+      });
+  return jobs;
+}
+
+// One report per job and copy, in order.
 std::vector<ClipReport> RunJobs(const ImportContext& context,
                                 const std::vector<std::string>& files,
                                 int threads) {
   const ImportOptions& options = context.options;
-  const int count = static_cast<int>(files.size());
-  std::vector<ImportJob> jobs(files.size());
-  ForEachIndex(count, threads, options.stop,
-               [&](int i) { jobs[i] = MakeJob(files[i], options.read); });
+  const std::vector<ImportJob> jobs = MakeJobs(options, files, threads);
+  const int count = static_cast<int>(jobs.size());
   std::vector<NamedFile> named;
-  for (const ImportJob& job : jobs) named.push_back({job.file, job.sha256});
+  for (const ImportJob& job : jobs) {
+    named.push_back(
+        {job.file.path, job.Sha256(), job.next.has_value() ? job.Name() : ""});
+  }
   const auto names = UniqueNames(named);
 
   std::set<std::string> taken;
@@ -112,7 +132,7 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
     if (name.ok()) taken.insert(*name);
   }
   const int copies = options.edits.mirror ? 2 : 1;
-  std::vector<ClipReport> reports(copies * files.size());
+  std::vector<ClipReport> reports(copies * jobs.size());
   Telling telling(options, copies * count);
   ForEachIndex(copies * count, threads, options.stop, [&](int i) {
     ImportJob job = jobs[i / copies];
@@ -121,7 +141,7 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
     if (job.mirrored && name.ok() &&
         taken.contains(absl::StrCat(*name, kMirrorSuffix))) {
       name = absl::AlreadyExistsError(
-          absl::StrCat(job.file,
+          absl::StrCat(job.Path(),
                        ": expected a unique name for its mirror "
                        "image, found a file called ",
                        *name, kMirrorSuffix));

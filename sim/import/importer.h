@@ -10,6 +10,7 @@
 #include "common/stop.h"
 #include "proto/sinew/v1/skeleton_map.pb.h"
 #include "sim/character/character.h"
+#include "sim/import/blend_clips.h"
 #include "sim/import/clip_report.h"
 #include "sim/import/edit.h"
 #include "sim/import/read_clip.h"
@@ -22,9 +23,16 @@ inline constexpr int kImporterVersion = 4;
 
 // How far an import is.
 struct ImportProgress {
-  int done = 0;  // files, their mirror images as well
+  int done = 0;  // files and blends, their mirror images as well
   int total = 0;
-  const ClipReport* last = nullptr;  // the file that was just finished
+  const ClipReport* last = nullptr;  // what was just finished
+};
+
+// Two files whose clips are joined over a gap into one of the library, called
+// FIRST_to_SECOND after the files.
+struct BlendedFiles {
+  std::string first, second;  // paths
+  BlendOptions blend = {};
 };
 
 struct ImportOptions {
@@ -41,6 +49,9 @@ struct ImportOptions {
   // What to do with every clip once it is on the character. `mirror` adds the
   // mirror image of each as a clip of its own, NAME_mirror.
   EditOptions edits = {};
+  // Clips that are made of two files each; those files are clips of their own
+  // only if they are among the files as well.
+  std::vector<BlendedFiles> blends = {};
   // Measure and report, but leave the library as it is.
   bool report_only = false;
   // Threads; 0: all processors that this process may use.
@@ -60,10 +71,11 @@ struct ImportOptions {
 //   LIB/cache/                                  clip_cache.h
 //   LIB/import.json                             what the library was made of
 //
-// A bad file never stops the others: `reports` gets one entry per file (two
-// with edits.mirror), in order, also when the call fails. Names and what
-// becomes of a second file of a name: clip_name.h. Results do not depend on the
-// number of threads. Files that an earlier import with the same options has
+// A bad file never stops the others: `reports` gets one entry per file, then
+// one per blend (two with edits.mirror), in order, also when the call fails.
+// Names and what
+// becomes of a second file of a name: clip_name.h. Results do not depend on
+// the number of threads. Files that an earlier import with the same options has
 // seen are not read again but for their digest; if nothing at all changed,
 // nothing is written.
 //

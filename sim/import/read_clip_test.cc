@@ -149,6 +149,30 @@ TEST_F(ReadClipTest, FoldersAreWalkedForClips) {
                                        TestPath("absent.bvh"))));
 }
 
+// A model whose keyframes begin at byte `at`.
+std::string Model(size_t at, absl::string_view keyframes) {
+  std::string text = "<mujoco><!--";
+  text.resize(at - 3, 'x');
+  return absl::StrCat(text, "-->", keyframes, "</mujoco>");
+}
+
+TEST_F(ReadClipTest, FindsKeyframesFarBehindTheirModel) {
+  const absl::string_view keys =
+      "<keyframe><key qpos='0'/><key qpos='1'/></keyframe>";
+  const std::string far = WriteTestFile("in/far.xml", Model(3 << 20, keys));
+  // "<" is among the first 64 KiB or MiB that are looked at, "key" is not.
+  const std::string head =
+      WriteTestFile("in/head.xml", Model((64 << 10) - 1, keys));
+  const std::string piece = WriteTestFile(
+      "in/piece.xml", Model((64 << 10) - 3 + (1 << 20) - 1, keys));
+  WriteTestFile("in/other.xml",
+                absl::StrCat("<page>", std::string(100 << 10, ' '), keys));
+  WriteTestFile("in/without.xml", Model(3 << 20, "<worldbody/>"));
+
+  EXPECT_THAT(ExpandFolders({TestPath("in")}),
+              IsOkAndHolds(ElementsAre(far, head, piece)));
+}
+
 TEST_F(ReadClipTest, AFolderWithoutClipsIsAnError) {
   WriteTestFile("in/readme.txt", "nothing here");
   EXPECT_THAT(ExpandFolders({TestPath("in")}),

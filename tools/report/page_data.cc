@@ -120,10 +120,12 @@ Json Reproduce(const RunRecord& run, const PageContext& context) {
   const Json& eval = run.evaluation;
   Json commands = Json::array();
   std::string files;
+  bool blended = false;  // made of pieces that the manifest does not tell
   for (const v1::ClipInfo& clip : context.library.clips()) {
     absl::StrAppend(&files, " ", ShellWord(clip.source_file()));
+    blended = blended || clip.has_blend();
   }
-  if (!files.empty() && context.library.clips_size() <= 8) {
+  if (!files.empty() && !blended && context.library.clips_size() <= 8) {
     commands.push_back(absl::StrCat("./sinew motion import --character ",
                                     ShellWord(context.library.character()),
                                     " --out ", library, files));

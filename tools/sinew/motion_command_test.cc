@@ -139,6 +139,55 @@ TEST_F(MotionCommandTest, ASecondImportLeavesTheReportAlone) {
   EXPECT_THAT(*ReadFile(page), HasSubstr("<!doctype html>"));
 }
 
+TEST_F(MotionCommandTest, TrimTakesTwoNumbersAndNoFiles) {
+  const std::string march =
+      WriteTestFile("march.txt", import::testing::MarchJson());
+  const std::string other =
+      WriteTestFile("other.txt", import::testing::MarchJson(0.05));
+
+  EXPECT_THAT(Run({"import", "--out", TestPath("library"), "--no-html",
+                   "--trim", "0.2", "0.7", march, other}),
+              IsOk());
+
+  const Json report =
+      Json::parse(*ReadFile(JoinPath(TestPath("library"), "report.json")));
+  EXPECT_EQ(report["clips"].size(), 2);
+}
+
+TEST_F(MotionCommandTest, BlendsTwoClipsOverAGap) {
+  const std::string march =
+      WriteTestFile("march.txt", import::testing::MarchJson());
+  const std::string other =
+      WriteTestFile("other.txt", import::testing::MarchJson(0.05));
+
+  ASSERT_THAT(Run({"blend", "--out", TestPath("library"), "--seconds", "0.2",
+                   "--no-pictures", "--trim-first", "0", "0.8", march, "--with",
+                   march, other}),
+              IsOk());
+
+  EXPECT_THAT(printed_,
+              AllOf(HasSubstr("march_to_other"), HasSubstr("report.html")));
+  EXPECT_THAT(Run({"inspect", TestPath("library")}), IsOk());
+  EXPECT_THAT(printed_, HasSubstr("2 clips, 90 frames"));
+  EXPECT_THAT(Run({"inspect", TestPath("library"), "--clip", "march_to_other"}),
+              IsOk());
+  EXPECT_THAT(printed_, HasSubstr("0.2 s by other.txt"));
+}
+
+TEST_F(MotionCommandTest, RefusesToBlendWhatIsNoClipOrOverNoGap) {
+  const std::string march =
+      WriteTestFile("march.txt", import::testing::MarchJson());
+  EXPECT_THAT(Run({"blend", "--out", TestPath("library"), "--no-html", march,
+                   TestPath("absent.txt")}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected at least one clip")));
+  EXPECT_THAT(printed_, HasSubstr("absent.txt"));
+  EXPECT_THAT(Run({"blend", "--out", TestPath("library"), "--seconds", "0",
+                   march, march}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("gap of more than 0")));
+}
+
 TEST_F(MotionCommandTest, PrintsTheMapOfASkeletonForEditing) {
   const std::string march =
       WriteTestFile("march.txt", import::testing::MarchJson());

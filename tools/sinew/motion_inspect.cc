@@ -91,6 +91,12 @@ void PrintSource(const v1::ClipInfo& clip) {
   PrintLine("sha256", clip.source_sha256());
   PrintLine("recording", clip.trial());
   PrintLine("mirror image of", clip.mirror_of());
+  if (clip.has_blend()) {
+    PrintLine("followed after",
+              absl::StrFormat("%g s by %s", clip.blend().gap_s(),
+                              clip.blend().source_file()));
+    PrintLine("its recording", clip.blend().trial());
+  }
   PrintLine("provenance", clip.provenance());
   PrintLine("licence", clip.licence());
   PrintLine("format", source.format());

@@ -12,13 +12,13 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/chunks.h"
 #include "common/rpc/server.h"
+#include "common/rpc/testing/held_grpc.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "deploy/checkpoint/client/checkpoint_client.h"
 #include "deploy/checkpoint/client/testing/memory_store.h"
 #include "deploy/checkpoint/client/testing/store_conformance.h"
 #include "gmock/gmock.h"
-#include "grpc/grpc.h"
 #include "grpcpp/client_context.h"
 #include "gtest/gtest.h"
 
@@ -31,15 +31,8 @@ using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 using ::testing::Pointee;
 
-// Held until all tests are done: whenever its last object goes, gRPC may wait
-// 10 s for its own poller.
-class HeldGrpc : public ::testing::Environment {
- public:
-  void SetUp() override { grpc_init(); }
-  void TearDown() override { grpc_shutdown(); }
-};
 [[maybe_unused]] const auto* const held_grpc =
-    ::testing::AddGlobalTestEnvironment(new HeldGrpc());
+    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
 // A store behind a socket, and its client.
 class OverGrpc : public StoreFixture {

@@ -97,8 +97,16 @@ void TestActor::Want(int count) {
 }
 
 void TestActor::Done(int64_t order_id) {
+  v1::Order order;
+  order.set_order_id(order_id);
+  order.set_issue(issues_[order_id]);
+  Done(order);
+}
+
+void TestActor::Done(const v1::Order& order) {
   v1::ActorMessage message;
-  message.mutable_done()->set_order_id(order_id);
+  message.mutable_done()->set_order_id(order.order_id());
+  message.mutable_done()->set_issue(order.issue());
   message.mutable_done()->set_applied_version(version_);
   Send(message);
 }
@@ -141,6 +149,7 @@ std::optional<int64_t> TestActor::ReadOrder() {
   const auto message = stream_.Read();
   EXPECT_THAT(message, IsOk()) << name_;
   if (!message.ok() || !message->has_order()) return std::nullopt;
+  issues_[message->order().order_id()] = message->order().issue();
   return message->order().order_id();
 }
 

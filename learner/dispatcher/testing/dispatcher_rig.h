@@ -2,6 +2,7 @@
 #define SINEW_LEARNER_DISPATCHER_TESTING_DISPATCHER_RIG_H_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,7 +62,9 @@ class TestActor {
   // Registers as MakeRegister says; a test failure if refused.
   void Join();
   void Want(int count);
+  // Of the order as ReadOrder read it last.
   void Done(int64_t order_id);
+  void Done(const v1::Order& order);
   void Return(std::vector<int64_t> order_ids);
   // Replay refused its segment for `reason`.
   void Refuse(int64_t order_id, const std::string& reason);
@@ -82,6 +85,7 @@ class TestActor {
   DispatcherRig& rig_;
   const std::string name_;
   int64_t version_ = 0;
+  std::map<int64_t, int64_t> issues_;  // by order id
   DispatchStream stream_;
   const rpc::Watchdog watchdog_;
 };

@@ -1,0 +1,77 @@
+#include "tools/sinew/motion_blend.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "common/status_macros.h"
+#include "sim/import/blend_clips.h"
+#include "sim/import/importer.h"
+#include "tools/sinew/run_import.h"
+
+namespace sinew::tools {
+namespace {
+
+struct Options {
+  ImportFlags flags;
+  std::string first, second;
+  double seconds = 0.5;
+  std::vector<double> trim_first, trim_second;  // from, to, seconds
+  std::vector<std::string> with;
+};
+
+import::KeptSeconds Kept(const std::vector<double>& trim) {
+  if (trim.empty()) return {};
+  return {.from_s = trim[0], .to_s = trim[1]};
+}
+
+absl::Status Run(const Options& options, const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(import::ImportOptions importing,
+                         ImportOptionsOf(options.flags));
+  importing.blends.push_back({.first = options.first,
+                              .second = options.second,
+                              .blend = {.gap_s = options.seconds,
+                                        .first = Kept(options.trim_first),
+                                        .second = Kept(options.trim_second)}});
+  return RunImport(options.flags, options.with, importing, stop);
+}
+
+}  // namespace
+
+void AddMotionBlend(CLI::App& motion, Action& action) {
+  auto options = std::make_shared<Options>();
+  auto* command = AddSubcommand<Options>(
+      motion, "blend", "two clips, joined over a gap, to a library", options,
+      action, Run);
+  AddImportFlags(command, &options->flags);
+  const char* group = "How the clips are joined";
+  command
+      ->add_option("--seconds", options->seconds,
+                   "length of the gap, at most 10 (default 0.5)")
+      ->group(group);
+  command
+      ->add_option("--trim-first", options->trim_first,
+                   "keep from, to of the first (two numbers, s)")
+      ->expected(2)
+      ->allow_extra_args(false)
+      ->group(group);
+  command->add_option("--trim-second", options->trim_second, "of the second")
+      ->expected(2)
+      ->allow_extra_args(false)
+      ->group(group);
+  command
+      ->add_option("--with", options->with,
+                   "a clip, or a folder of them, that the library holds as "
+                   "well; may be repeated")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group);
+  command->add_option("first", options->first, "the clip to begin with")
+      ->required();
+  command->add_option("second", options->second, "the clip to go on with")
+      ->required();
+}
+
+}  // namespace sinew::tools
