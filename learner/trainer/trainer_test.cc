@@ -70,7 +70,9 @@ v1::MotionLibrary MakeLibrary() {
 // A trainer with its experience.
 struct Rig {
   explicit Rig(const v1::Recipe& recipe, int ranks = 1,
-               const std::string& assets = "assets")
+               const std::string& assets = "assets",
+               const v1::MotionLibrary& library = MakeLibrary(),
+               const std::vector<std::string>& clip_sha256 = {})
       : experience(kProblem) {
     // Evaluations succeed once the third snapshot acts.
     experience.success_version = 3;
@@ -81,7 +83,8 @@ struct Rig {
          .ranks = ranks});
     EXPECT_THAT(learner, IsOk());
     auto created = Trainer::Create({.recipe = recipe,
-                                    .library = MakeLibrary(),
+                                    .library = library,
+                                    .clip_sha256 = clip_sha256,
                                     .run_id = MakeRunId(recipe, assets),
                                     .assets_sha256 = assets,
                                     .layout_sha256 = "layout"},
@@ -265,6 +268,57 @@ TEST(Trainer, SnapshotsCarryTheStartTable) {
   }
 }
 
+TEST(Trainer, AnEvaluationIsInTheTableAtTheIterationWhereItTakesEffect) {
+  Rig run(MakeRecipe());
+
+  run.Iterate(2);  // one of snapshot 2 has begun
+  EXPECT_EQ(run.trainer->curriculum().table().clips(0).evaluations(), 0);
+  IterationReport report = run.Iterate();
+
+  const v1::CurriculumTable& table =
+      run.trainer->snapshot().snapshot.curriculum();
+  EXPECT_EQ(table.clips(0).evaluations(), 1);
+  EXPECT_TRUE(table.clips(0).failed_latest());
+  EXPECT_EQ(table.clips(0).last_evaluated(), 2);
+  EXPECT_EQ(report.curriculum.hard_clips, 1);
+  EXPECT_EQ(report.curriculum.clips, 1);
+  EXPECT_EQ(report.curriculum.bins, 2);  // 30 + 10 frames
+  EXPECT_EQ(report.curriculum.entropy_share, 1);
+  EXPECT_EQ(report.curriculum.floor_share, 1);
+
+  report = run.Iterate(2);  // that of snapshot 4 succeeded
+  EXPECT_EQ(run.trainer->curriculum().table().clips(0).failed_evaluations(), 1);
+  EXPECT_EQ(report.curriculum.evaluated_clips, 1);
+  EXPECT_EQ(report.curriculum.hard_clips, 0);
+  EXPECT_EQ(report.curriculum.worst_success, 1);
+}
+
+// Two clips, of which the second is left out.
+v1::MotionLibrary MakeSplitLibrary() {
+  v1::MotionLibrary library = MakeLibrary();
+  v1::ClipInfo& clip = *library.add_clips();
+  clip = library.clips(0);
+  clip.set_name("run");
+  clip.set_left_out(true);
+  return library;
+}
+
+TEST(Trainer, EvaluatesWhatIsLeftOutButDoesNotStartThere) {
+  Rig run(MakeRecipe("task { start { rule: RULE_ADAPTIVE_BINS } }"), 1,
+          "assets", MakeSplitLibrary());
+
+  const IterationReport report = run.Iterate(3);
+
+  ASSERT_TRUE(report.evaluation.has_value());
+  EXPECT_EQ(report.evaluation->overall.clips, 2);
+  EXPECT_EQ(report.evaluation->training.clips, 1);
+  EXPECT_EQ(report.evaluation->left_out.clips, 1);
+  const v1::CurriculumTable& table =
+      run.trainer->snapshot().snapshot.curriculum();
+  EXPECT_EQ(table.clips(1).evaluations(), 1);
+  for (const auto& bin : table.bins()) EXPECT_EQ(bin.clip(), 0);
+}
+
 class TrainerResume : public ::testing::TestWithParam<const char*> {};
 
 // Evaluations are pending at 2 and 4, and under lag 1 at 3 and 5, too.
@@ -325,13 +379,20 @@ TEST_P(TrainerResume, AFailedTakeLeavesAStateToSaveOrToGoOnFrom) {
 }
 
 std::string LagName(const ::testing::TestParamInfo<const char*>& info) {
-  constexpr const char* kNames[] = {"LagZero", "LagZeroDelayTwo", "LagOne"};
+  constexpr const char* kNames[] = {"LagZero", "LagZeroDelayTwo", "LagOne",
+                                    "AdaptiveBins", "PhcSoftLagOne"};
   return kNames[info.index];
 }
 
+const char kAdaptive[] =
+    "task { start { rule: RULE_ADAPTIVE_BINS bin_seconds: 0.3 } }";
+const char kPhcSoftLagOne[] =
+    "task { start { rule: RULE_PHC_SOFT bin_seconds: 0.3 } } "
+    "rollouts { max_policy_lag: 1 } evaluation { delay: 2 }";
+
 INSTANTIATE_TEST_SUITE_P(Lags, TrainerResume,
                          ::testing::Values("", "evaluation { delay: 2 }",
-                                           kLagOne),
+                                           kLagOne, kAdaptive, kPhcSoftLagOne),
                          LagName);
 
 TEST(Trainer, RefusesTheStateOfAnotherRecipeOrOfOtherAssets) {
@@ -349,6 +410,72 @@ TEST(Trainer, RefusesTheStateOfAnotherRecipeOrOfOtherAssets) {
       StatusIs(absl::StatusCode::kFailedPrecondition,
                AllOf(HasSubstr("training state: assets (character or motions"),
                      HasSubstr("expected assets, found other assets"))));
+}
+
+// The library of before with a clip in front.
+v1::MotionLibrary MakeLargerLibrary() {
+  v1::MotionLibrary library;
+  library.set_frames_per_second(30);
+  v1::ClipInfo& added = *library.add_clips();
+  added.set_name("jump");
+  added.set_num_frames(61);
+  *library.add_clips() = MakeLibrary().clips(0);
+  return library;
+}
+
+TEST_P(TrainerResume, GoesOnWithAnotherLibrary) {
+  const v1::Recipe recipe = MakeRecipe(GetParam());
+  Rig before(recipe, 1, "assets", MakeLibrary(), {"walk-digest"});
+  before.Iterate(5);  // an evaluation of snapshot 4 may be out
+  const Trainer::State state = before.trainer->Save();
+  Rig after(recipe, 1, "others", MakeLargerLibrary(),
+            {"jump-digest", "walk-digest"});
+  EXPECT_THAT(after.trainer->Restore(state),
+              StatusIs(absl::StatusCode::kFailedPrecondition));
+
+  const auto adopted = after.trainer->Migrate(state);
+
+  ASSERT_THAT(adopted, IsOk());
+  EXPECT_EQ(*adopted, 1);
+  EXPECT_EQ(after.trainer->iteration(), 5);
+  EXPECT_EQ(after.trainer->samples(), before.trainer->samples());
+  const Trainer::State migrated = after.trainer->Save();
+  EXPECT_EQ(SerializeSafetensors(migrated.tensors),
+            SerializeSafetensors(state.tensors));
+  EXPECT_EQ(migrated.counters.open_orders_size(), 0);
+  EXPECT_EQ(migrated.counters.pending_evaluations_size(), 0);
+  EXPECT_TRUE(migrated.counters.environments(0).physics().empty());
+  // What is known of "walk" has moved with it.
+  const v1::CurriculumTable& table =
+      after.trainer->snapshot().snapshot.curriculum();
+  EXPECT_EQ(after.trainer->snapshot().snapshot.version(), 5);
+  ASSERT_EQ(table.clips_size(), 2);
+  EXPECT_EQ(table.clips(0).evaluations(), 0);
+  EXPECT_EQ(table.clips(1).evaluations(),
+            state.counters.curriculum().clips(0).evaluations());
+  int64_t visits = 0;
+  for (const auto& bin : table.bins()) visits += bin.clip() * bin.visits();
+  EXPECT_EQ(visits, 5 * 8);  // all of them in clip 1
+
+  // It trains on, and can be resumed as ever.
+  after.Iterate();
+  Rig resumed(recipe, 1, "others", MakeLargerLibrary(),
+              {"jump-digest", "walk-digest"});
+  ASSERT_THAT(resumed.trainer->Restore(after.trainer->Save()), IsOk());
+  after.Iterate(2);
+  resumed.Iterate(2);
+  EXPECT_EQ(Bits(resumed.trainer->Save()), Bits(after.trainer->Save()));
+}
+
+TEST(Trainer, MigratesToAnotherLibraryOnlyUnderTheSameRecipe) {
+  Rig run(MakeRecipe());
+  run.Iterate();
+  Rig other(MakeRecipe("ppo { discount: 0.9 }"), 1, "others",
+            MakeLargerLibrary());
+
+  EXPECT_THAT(other.trainer->Migrate(run.trainer->Save()),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("training state: recipe (it has changed")));
 }
 
 TEST(Trainer, RefusesADamagedState) {
