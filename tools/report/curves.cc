@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace sinew::report {
 namespace {
@@ -47,6 +48,12 @@ double RewardTerm(const Json& row, size_t term) {
   }
   return (*it)[term].get<double>();
 }
+
+// Of the object "curriculum" of a row, by their names there.
+constexpr std::array<const char*, 9> kCurriculumValues = {
+    "entropy_share",        "floor_share",  "largest_clip_share",
+    "clips_of_half",        "failure_rate", "hardest_share",
+    "hardest_failure_rate", "hard_clips",   "worst_success"};
 
 double FailShare(const Json& row) {
   const double episodes = Value(row, "episodes");
@@ -118,6 +125,30 @@ Json TrainingCurves(const std::vector<Json>& rows) {
         [](const Json& row) { return 1000 * Value(row, "body_distance_m"); }));
     columns["fail_share"].push_back(bucket.Mean(FailShare));
     columns["samples_per_s"].push_back(bucket.SamplesPerSecond());
+  }
+  RemoveEmpty(&columns);
+  return columns;
+}
+
+Json CurriculumCurves(const std::vector<Json>& rows) {
+  // One bin has all the starts, always.
+  if (rows.empty() || NumberAt(rows.back(), {"curriculum", "bins"}) < 2) {
+    return Json::object();
+  }
+  Json columns = Json::object();
+  const size_t width = (rows.size() + kMaxPoints - 1) / kMaxPoints;
+  for (size_t first = 0; first < rows.size(); first += width) {
+    const Bucket bucket{rows, first, std::min(first + width, rows.size()) - 1};
+    for (const char* name : kPositions) {
+      columns[name].push_back(Number(Value(rows[bucket.last], name)));
+    }
+    for (const char* name : kCurriculumValues) {
+      columns[name].push_back(bucket.Mean([&](const Json& row) {
+        const bool known = std::string_view(name) != "worst_success" ||
+                           NumberAt(row, {"curriculum", "evaluated_clips"}) > 0;
+        return known ? NumberAt(row, {"curriculum", name}, kAbsent) : kAbsent;
+      }));
+    }
   }
   RemoveEmpty(&columns);
   return columns;

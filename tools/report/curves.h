@@ -24,6 +24,13 @@ Json TrainingCurves(const std::vector<Json>& rows);
 // succeeded_share, survived_share, e_g_mpjpe_mm, e_mpjpe_mm, e_vel, e_acc.
 Json EvaluationCurves(const std::vector<Json>& rows);
 
+// Curriculum of training rows, thinned like TrainingCurves: iteration, wall_s,
+// train_s, samples; entropy_share, floor_share, largest_clip_share,
+// clips_of_half, failure_rate, hardest_share, hardest_failure_rate, hard_clips,
+// worst_success (learner/curriculum/curriculum_summary.h). Empty where there is
+// one bin alone, or none.
+Json CurriculumCurves(const std::vector<Json>& rows);
+
 }  // namespace sinew::report
 
 #endif  // SINEW_TOOLS_REPORT_CURVES_H_
