@@ -16,6 +16,7 @@
 #include "sim/import/detect_format.h"
 #include "sim/import/import_clip.h"
 #include "sim/import/retarget/retarget.h"
+#include "sim/motion/split.h"
 
 namespace sinew::import {
 namespace {
@@ -102,6 +103,8 @@ void Dress(const ImportContext& context, const ImportJob& job,
       job.file.substr(job.file.size() - LowerCaseExtension(job.file).size())));
   info.set_source_sha256(job.sha256);
   info.set_trial(TrialName(job.file));
+  info.set_left_out(motion::IsLeftOut(motion::SplitKey(info),
+                                      context.options.left_out_share));
   info.set_provenance(context.options.provenance);
   info.set_licence(context.options.licence);
 }

@@ -41,6 +41,9 @@ struct ImportOptions {
   // What to do with every clip once it is on the character. `mirror` adds the
   // mirror image of each as a clip of its own, NAME_mirror.
   EditOptions edits = {};
+  // Share of the recordings that is left out of training, [0, 1]
+  // (sim/motion/split.h).
+  double left_out_share = 0;
   // Measure and report, but leave the library as it is.
   bool report_only = false;
   // Threads; 0: all processors that this process may use.

@@ -24,8 +24,8 @@ using Json = nlohmann::ordered_json;
 // The learner drops old states while this reads; the newest is there then.
 constexpr int kAttempts = 3;
 
-absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
-                                            const Clock& clock) {
+absl::StatusOr<checkpoint::ArtifactFiles> ReadLatest(const std::string& run,
+                                                     const Clock& clock) {
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<checkpoint::ArtifactStore> store,
                          checkpoint::OpenStore(JoinPath(run, "checkpoints"),
                                                checkpoint::StoreAccess::kRead,
@@ -35,6 +35,12 @@ absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
     files = checkpoint::GetFiles(*store, "latest");
     if (!absl::IsNotFound(files.status())) break;
   }
+  return files;
+}
+
+absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
+                                            const Clock& clock) {
+  const auto files = ReadLatest(run, clock);
   if (absl::IsNotFound(files.status())) {
     return absl::NotFoundError(absl::StrCat(
         run,

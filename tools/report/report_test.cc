@@ -375,6 +375,7 @@ TEST_F(FinishedRun, ShowsTheCurriculumOfManyBins) {
     bin.set_clip(c);
     bin.set_num_frames(30);
     bin.set_probability(0.5);
+    bin.set_last_seen(-1);
     table.add_clips()->set_name(c == 0 ? "stroll" : "cartwheel");
   }
   v1::Artifact record;

@@ -38,6 +38,7 @@ struct Options {
   std::string quaternion_order;
   std::vector<double> trim;  // from, to, seconds
   bool loop = false, mirror = false, align = false;
+  double left_out_share = 0;
   int threads = 0;
   int pictures = 24;
   bool no_pictures = false, no_html = false, quiet = false;
@@ -51,6 +52,7 @@ absl::StatusOr<import::ImportOptions> Importing(const Options& options) {
   importing.licence = options.licence;
   importing.threads = options.threads;
   importing.report_only = options.report_only;
+  importing.left_out_share = options.left_out_share;
   importing.read.format = options.format;
   importing.read.asf = options.asf;
   import::ReadOptions& read = importing.read.read;
@@ -157,8 +159,10 @@ void PrintTable(const std::vector<import::ClipReport>& reports) {
 
 void PrintSummary(const std::vector<import::ClipReport>& reports) {
   int ok = 0, warned = 0, rejected = 0, cached = 0;
+  int left_out = 0;
   double seconds = 0, core_seconds = 0;
   for (const auto& report : reports) {
+    left_out += report.status.ok() && report.info.left_out();
     ok += report.verdict.status == import::ClipStatus::kOk;
     warned += report.verdict.status == import::ClipStatus::kWarned;
     rejected += report.verdict.status == import::ClipStatus::kRejected;
@@ -173,6 +177,10 @@ void PrintSummary(const std::vector<import::ClipReport>& reports) {
       cached > 0
           ? absl::StrFormat(", %d unchanged files not read again", cached)
           : "");
+  if (left_out > 0) {
+    absl::PrintF("%d clips are left out of training, for evaluation alone\n",
+                 left_out);
+  }
 }
 
 absl::Status WritePage(const character::Character& character,
@@ -292,6 +300,12 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_option("--licence", options->licence, "licence of the data");
   AddReading(command, options.get());
   AddEditing(command, options.get());
+  command
+      ->add_option("--left-out-share", options->left_out_share,
+                   "share of the recordings that is left out of training, by a "
+                   "hash of each (0.15 is usual)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   command->add_option("--threads", options->threads, "default: all processors");
   command->add_option("--pictures", options->pictures,
                       "clips in report.html with pictures (default 24)");

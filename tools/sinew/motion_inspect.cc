@@ -91,6 +91,7 @@ void PrintSource(const v1::ClipInfo& clip) {
   PrintLine("sha256", clip.source_sha256());
   PrintLine("recording", clip.trial());
   PrintLine("mirror image of", clip.mirror_of());
+  PrintLine("left out of training", clip.left_out() ? "yes" : "");
   PrintLine("provenance", clip.provenance());
   PrintLine("licence", clip.licence());
   PrintLine("format", source.format());
