@@ -9,14 +9,13 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
-#include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
 #include "learner/trainer/testing/fake_experience.h"
+#include "learner/trainer/testing/trainer_rig.h"
 
 namespace sinew::learner {
 namespace {
@@ -26,94 +25,6 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-const SyntheticProblem kProblem;
-
-// 2 orders of 4 environments, 8 steps; evaluations of 3 starts at every second
-// iteration.
-v1::Recipe MakeRecipe(const std::string& overrides = "") {
-  v1::Recipe recipe;
-  const std::string text = absl::StrCat(
-      R"pb(
-        format_version: 1
-        name: "fake"
-        seed: 7
-        network {
-          policy_hidden: [ 8 ]
-          value_hidden: [ 8 ]
-          initial_std: 0.3
-        }
-        rollouts { environments: 8 horizon: 8 environments_per_order: 4 }
-        ppo {
-          minibatch: 32
-          anneal { success_share: 1 samples: 1000 std_factor: 0.5 }
-        }
-        evaluation { interval: 2 starts: 3 seconds: 1 }
-      )pb",
-      overrides);
-  EXPECT_TRUE(google::protobuf::TextFormat::MergeFromString(text, &recipe));
-  return WithDefaults(recipe);
-}
-
-const char kLagOne[] = "rollouts { max_policy_lag: 1 } evaluation { delay: 2 }";
-
-v1::MotionLibrary MakeLibrary() {
-  v1::MotionLibrary library;
-  library.set_frames_per_second(30);
-  v1::ClipInfo& clip = *library.add_clips();
-  clip.set_name("walk");
-  clip.set_num_frames(40);
-  clip.set_loops(true);
-  return library;
-}
-
-// A trainer with its experience.
-struct Rig {
-  explicit Rig(const v1::Recipe& recipe, int ranks = 1,
-               const std::string& assets = "assets",
-               const v1::MotionLibrary& library = MakeLibrary(),
-               const std::vector<std::string>& clip_sha256 = {})
-      : experience(kProblem) {
-    // Evaluations succeed once the third snapshot acts.
-    experience.success_version = 3;
-    auto learner = PpoLearner::Create(
-        recipe,
-        {.observation_width = static_cast<int>(kProblem.observation_width),
-         .action_width = static_cast<int>(kProblem.action_width),
-         .ranks = ranks});
-    EXPECT_THAT(learner, IsOk());
-    auto created = Trainer::Create({.recipe = recipe,
-                                    .library = library,
-                                    .clip_sha256 = clip_sha256,
-                                    .run_id = MakeRunId(recipe, assets),
-                                    .assets_sha256 = assets,
-                                    .layout_sha256 = "layout"},
-                                   *std::move(learner), experience);
-    EXPECT_THAT(created, IsOk());
-    trainer = *std::move(created);
-  }
-
-  IterationReport Iterate(int times = 1) {
-    IterationReport report;
-    for (int i = 0; i < times; ++i) {
-      auto result = trainer->RunIteration();
-      EXPECT_THAT(result, IsOk());
-      if (result.ok()) report = *std::move(result);
-    }
-    return report;
-  }
-
-  FakeExperience experience;
-  std::unique_ptr<Trainer> trainer;
-};
-
-// Digest of all bits of a state.
-std::string Bits(const Trainer::State& state) {
-  std::string all = SerializeDeterministically(state.counters) +
-                    SerializeSafetensors(state.tensors);
-  for (const std::string& bytes : state.snapshots) all += Sha256Hex(bytes);
-  return Sha256Hex(all);
-}
 
 TEST(Trainer, CollectsThenLearnsUnderLagZero) {
   Rig run(MakeRecipe());
@@ -246,79 +157,6 @@ TEST(Trainer, ReportsWhatTheSegmentsSay) {
   EXPECT_EQ(second.rollout_seconds.simulate(), 0.5);
 }
 
-TEST(Trainer, SnapshotsCarryTheStartTable) {
-  for (const bool bins : {false, true}) {
-    Rig run(MakeRecipe(absl::StrCat(
-        "task { start { rule: ", bins ? "RULE_BINS" : "RULE_UNIFORM",
-        " bin_seconds: 0.5 } }")));
-
-    run.Iterate(4);
-
-    // Bins of 15 frames of 40: episodes begin and fail in the first.
-    const v1::CurriculumTable& table =
-        run.trainer->snapshot().snapshot.curriculum();
-    ASSERT_EQ(table.bins_size(), 3);
-    EXPECT_EQ(table.bins(0).visits(), 32);
-    EXPECT_GT(table.bins(0).failures(), 0);
-    if (bins) {
-      EXPECT_NE(table.bins(0).probability(), 15.0 / 40);
-    } else {
-      EXPECT_DOUBLE_EQ(table.bins(0).probability(), 15.0 / 40);
-    }
-  }
-}
-
-TEST(Trainer, AnEvaluationIsInTheTableAtTheIterationWhereItTakesEffect) {
-  Rig run(MakeRecipe());
-
-  run.Iterate(2);  // one of snapshot 2 has begun
-  EXPECT_EQ(run.trainer->curriculum().table().clips(0).evaluations(), 0);
-  IterationReport report = run.Iterate();
-
-  const v1::CurriculumTable& table =
-      run.trainer->snapshot().snapshot.curriculum();
-  EXPECT_EQ(table.clips(0).evaluations(), 1);
-  EXPECT_TRUE(table.clips(0).failed_latest());
-  EXPECT_EQ(table.clips(0).last_evaluated(), 2);
-  EXPECT_EQ(report.curriculum.hard_clips, 1);
-  EXPECT_EQ(report.curriculum.clips, 1);
-  EXPECT_EQ(report.curriculum.bins, 2);  // 30 + 10 frames
-  EXPECT_EQ(report.curriculum.entropy_share, 1);
-  EXPECT_EQ(report.curriculum.floor_share, 1);
-
-  report = run.Iterate(2);  // that of snapshot 4 succeeded
-  EXPECT_EQ(run.trainer->curriculum().table().clips(0).failed_evaluations(), 1);
-  EXPECT_EQ(report.curriculum.evaluated_clips, 1);
-  EXPECT_EQ(report.curriculum.hard_clips, 0);
-  EXPECT_EQ(report.curriculum.worst_success, 1);
-}
-
-// Two clips, of which the second is left out.
-v1::MotionLibrary MakeSplitLibrary() {
-  v1::MotionLibrary library = MakeLibrary();
-  v1::ClipInfo& clip = *library.add_clips();
-  clip = library.clips(0);
-  clip.set_name("run");
-  clip.set_left_out(true);
-  return library;
-}
-
-TEST(Trainer, EvaluatesWhatIsLeftOutButDoesNotStartThere) {
-  Rig run(MakeRecipe("task { start { rule: RULE_ADAPTIVE_BINS } }"), 1,
-          "assets", MakeSplitLibrary());
-
-  const IterationReport report = run.Iterate(3);
-
-  ASSERT_TRUE(report.evaluation.has_value());
-  EXPECT_EQ(report.evaluation->overall.clips, 2);
-  EXPECT_EQ(report.evaluation->training.clips, 1);
-  EXPECT_EQ(report.evaluation->left_out.clips, 1);
-  const v1::CurriculumTable& table =
-      run.trainer->snapshot().snapshot.curriculum();
-  EXPECT_EQ(table.clips(1).evaluations(), 1);
-  for (const auto& bin : table.bins()) EXPECT_EQ(bin.clip(), 0);
-}
-
 class TrainerResume : public ::testing::TestWithParam<const char*> {};
 
 // Evaluations are pending at 2 and 4, and under lag 1 at 3 and 5, too.
@@ -410,72 +248,6 @@ TEST(Trainer, RefusesTheStateOfAnotherRecipeOrOfOtherAssets) {
       StatusIs(absl::StatusCode::kFailedPrecondition,
                AllOf(HasSubstr("training state: assets (character or motions"),
                      HasSubstr("expected assets, found other assets"))));
-}
-
-// The library of before with a clip in front.
-v1::MotionLibrary MakeLargerLibrary() {
-  v1::MotionLibrary library;
-  library.set_frames_per_second(30);
-  v1::ClipInfo& added = *library.add_clips();
-  added.set_name("jump");
-  added.set_num_frames(61);
-  *library.add_clips() = MakeLibrary().clips(0);
-  return library;
-}
-
-TEST_P(TrainerResume, GoesOnWithAnotherLibrary) {
-  const v1::Recipe recipe = MakeRecipe(GetParam());
-  Rig before(recipe, 1, "assets", MakeLibrary(), {"walk-digest"});
-  before.Iterate(5);  // an evaluation of snapshot 4 may be out
-  const Trainer::State state = before.trainer->Save();
-  Rig after(recipe, 1, "others", MakeLargerLibrary(),
-            {"jump-digest", "walk-digest"});
-  EXPECT_THAT(after.trainer->Restore(state),
-              StatusIs(absl::StatusCode::kFailedPrecondition));
-
-  const auto adopted = after.trainer->Migrate(state);
-
-  ASSERT_THAT(adopted, IsOk());
-  EXPECT_EQ(*adopted, 1);
-  EXPECT_EQ(after.trainer->iteration(), 5);
-  EXPECT_EQ(after.trainer->samples(), before.trainer->samples());
-  const Trainer::State migrated = after.trainer->Save();
-  EXPECT_EQ(SerializeSafetensors(migrated.tensors),
-            SerializeSafetensors(state.tensors));
-  EXPECT_EQ(migrated.counters.open_orders_size(), 0);
-  EXPECT_EQ(migrated.counters.pending_evaluations_size(), 0);
-  EXPECT_TRUE(migrated.counters.environments(0).physics().empty());
-  // What is known of "walk" has moved with it.
-  const v1::CurriculumTable& table =
-      after.trainer->snapshot().snapshot.curriculum();
-  EXPECT_EQ(after.trainer->snapshot().snapshot.version(), 5);
-  ASSERT_EQ(table.clips_size(), 2);
-  EXPECT_EQ(table.clips(0).evaluations(), 0);
-  EXPECT_EQ(table.clips(1).evaluations(),
-            state.counters.curriculum().clips(0).evaluations());
-  int64_t visits = 0;
-  for (const auto& bin : table.bins()) visits += bin.clip() * bin.visits();
-  EXPECT_EQ(visits, 5 * 8);  // all of them in clip 1
-
-  // It trains on, and can be resumed as ever.
-  after.Iterate();
-  Rig resumed(recipe, 1, "others", MakeLargerLibrary(),
-              {"jump-digest", "walk-digest"});
-  ASSERT_THAT(resumed.trainer->Restore(after.trainer->Save()), IsOk());
-  after.Iterate(2);
-  resumed.Iterate(2);
-  EXPECT_EQ(Bits(resumed.trainer->Save()), Bits(after.trainer->Save()));
-}
-
-TEST(Trainer, MigratesToAnotherLibraryOnlyUnderTheSameRecipe) {
-  Rig run(MakeRecipe());
-  run.Iterate();
-  Rig other(MakeRecipe("ppo { discount: 0.9 }"), 1, "others",
-            MakeLargerLibrary());
-
-  EXPECT_THAT(other.trainer->Migrate(run.trainer->Save()),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("training state: recipe (it has changed")));
 }
 
 TEST(Trainer, RefusesADamagedState) {
