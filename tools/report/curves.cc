@@ -165,6 +165,11 @@ Json EvaluationCurves(const std::vector<Json>& rows) {
     const double starts = Value(*eval, "starts");
     columns["succeeded_share"].push_back(Number(
         starts > 0 ? Value(*eval, "succeeded_starts") / starts : kAbsent));
+    const double left_out = NumberAt(*eval, {"left_out", "starts"});
+    columns["left_out_succeeded_share"].push_back(Number(
+        left_out > 0
+            ? NumberAt(*eval, {"left_out", "succeeded_starts"}) / left_out
+            : kAbsent));
     for (const char* name :
          {"survived_share", "e_g_mpjpe_mm", "e_mpjpe_mm", "e_vel", "e_acc"}) {
       columns[name].push_back(Number(Value(*eval, name)));

@@ -21,7 +21,8 @@ inline constexpr int kMaxPoints = 400;
 Json TrainingCurves(const std::vector<Json>& rows);
 
 // Evaluations as columns, all of them: iteration, wall_s, train_s, samples,
-// succeeded_share, survived_share, e_g_mpjpe_mm, e_mpjpe_mm, e_vel, e_acc.
+// succeeded_share, survived_share, e_g_mpjpe_mm, e_mpjpe_mm, e_vel, e_acc, and
+// left_out_succeeded_share where clips are left out of training.
 Json EvaluationCurves(const std::vector<Json>& rows);
 
 // Curriculum of training rows, thinned like TrainingCurves: iteration, wall_s,

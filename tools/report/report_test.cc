@@ -129,6 +129,17 @@ TEST(Curves, HoldEveryEvaluation) {
   EXPECT_EQ(curves["iteration"], Json({5, 10, 15, 20}));
   EXPECT_EQ(curves["succeeded_share"], Json({0.25, 0.25, 0.25, 0.25}));
   EXPECT_FALSE(curves.contains("e_acc"));
+  EXPECT_FALSE(curves.contains("left_out_succeeded_share"));
+}
+
+TEST(Curves, HoldWhatIsLeftOutOfTraining) {
+  std::vector<Json> rows = Rows(5);
+  rows[4]["eval"]["left_out"] = {{"starts", 4}, {"succeeded_starts", 3}};
+
+  const Json curves = EvaluationCurves(rows);
+
+  ASSERT_THAT(curves["left_out_succeeded_share"], SizeIs(1));
+  EXPECT_EQ(curves["left_out_succeeded_share"][0], 0.75);
 }
 
 // Rows of a run over 8 bins, evaluated from the third row on.

@@ -132,7 +132,8 @@ function chartList(group) {
   return [
     {title: "Success and survival", wide: true, low: 0, high: 1, format: percent,
      series: [line(evals, "succeeded_share", "starts survived", 0),
-              line(evals, "survived_share", "time survived", 1)],
+              line(evals, "survived_share", "time survived", 1),
+              line(evals, "left_out_succeeded_share", "left-out starts survived", 2)],
      rules: rule(zeroShare, "starts, zero action")},
     {title: "Distance from the reference, mm", wide: true, low: 0,
      series: [line(evals, "e_g_mpjpe_mm", "evaluation", 0),
