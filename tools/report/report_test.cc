@@ -357,7 +357,7 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
                  HasSubstr("format_version: 1"), HasSubstr("./sinew train")));
   EXPECT_GE(Count(dom, "<svg"), 8u);             // curves and heat map
   EXPECT_GE(Count(dom, "data:image/jpeg"), 2u);  // sheet and strip
-  EXPECT_THAT(dom, Not(HasSubstr("Where episodes start")));
+  EXPECT_THAT(dom, Not(HasSubstr("<h2>Where episodes start</h2>")));
   const std::string picture = JoinPath(folder_, "page.png");
   BrowsePage(
       *path, folder_,
@@ -402,9 +402,10 @@ TEST_F(FinishedRun, ShowsTheCurriculumOfManyBins) {
   ASSERT_THAT(path, IsOk());
 
   const std::string dom = BrowsePage(*path, folder_, {"--dump-dom"});
-  EXPECT_THAT(dom, AllOf(HasSubstr("Where episodes start"),
-                         HasSubstr("How wide the starts are spread"),
-                         HasSubstr("cartwheel"), HasSubstr("never")));
+  EXPECT_THAT(dom,
+              AllOf(HasSubstr("<h2>Where episodes start</h2>"),
+                    HasSubstr("<h3>How wide the starts are spread</h3>"),
+                    HasSubstr(">cartwheel</td>"), HasSubstr(">never</td>")));
 }
 
 TEST_F(FinishedRun, IsReportedWithoutItsLibraryToo) {

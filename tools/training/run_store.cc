@@ -98,7 +98,9 @@ absl::StatusOr<std::vector<std::string>> RunStore::ChangedAssets(
 absl::Status RunStore::PutBest(const Policy& policy) {
   v1::Artifact record;
   const int64_t iteration = policy.evaluated.iteration();
-  record.set_id(absl::StrFormat("policy-%08d", iteration));
+  // Of this library's run: another may have been at this iteration, too.
+  record.set_id(absl::StrFormat("policy-%08d-%s", iteration,
+                                policy.evaluated.assets_sha256().substr(0, 8)));
   record.set_kind("policy");
   record.set_iteration(iteration);
   const checkpoint::ArtifactFiles files = {
