@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/random/philox.h"
 #include "common/testing/matchers.h"
 
 namespace sinew::learner {
@@ -271,6 +273,49 @@ TEST(Curriculum, HasNoBinsForAClipThatIsLeftOut) {
   EXPECT_DOUBLE_EQ(table.bins(0).probability(), 1);
   EXPECT_TRUE(table.clips(0).left_out());
   EXPECT_EQ(table.clips(0).failed_evaluations(), 1);
+}
+
+// Some random episodes and, at times, an evaluation.
+void RunIteration(Curriculum& curriculum, uint64_t iteration) {
+  const RandomKey key{.seed = 5, .environment = iteration};
+  for (uint64_t e = 0; e < 8; ++e) {
+    const int clip = static_cast<int>(UniformInt(key, 2, 4 * e));
+    const auto start = static_cast<int>(UniformInt(key, 10, 4 * e + 1));
+    const auto steps = static_cast<int>(1 + UniformInt(key, 80, 4 * e + 2));
+    curriculum.Record(
+        MakeEpisode(clip, start, clip == 0 ? steps : 1 + steps % (10 - start),
+                    Uniform(key, 4 * e + 3) < 0.5),
+        static_cast<int64_t>(iteration));
+  }
+  if (iteration % 5 == 0) {
+    const auto failed_at = static_cast<int>(iteration % 3) - 1;
+    curriculum.RecordEvaluation(
+        {MakeResult(0, 0, 60, failed_at > 0 ? failed_at : -1),
+         MakeResult(1, 0, 10, -1)},
+        static_cast<int64_t>(iteration));
+  }
+  curriculum.Reweigh();
+}
+
+TEST(Curriculum, GoesOnBitForBitWhereItWasRestored) {
+  auto whole = MakeAdaptive(MakeLibrary());
+  for (uint64_t k = 0; k < 20; ++k) RunIteration(*whole, k);
+  auto resumed = MakeAdaptive(MakeLibrary());
+  ASSERT_THAT(resumed->Restore(whole->table()), IsOk());
+
+  for (uint64_t k = 20; k < 40; ++k) {
+    RunIteration(*whole, k);
+    RunIteration(*resumed, k);
+  }
+
+  EXPECT_EQ(resumed->table().SerializeAsString(),
+            whole->table().SerializeAsString());
+  for (const auto& bin : whole->table().bins()) {
+    EXPECT_GT(bin.recent_passages(), 0);
+    EXPECT_GE(bin.recent_failures(), 0);
+    EXPECT_LE(bin.recent_failures(), bin.recent_passages());
+  }
+  EXPECT_NEAR(TotalProbability(whole->table()), 1, 1e-12);
 }
 
 TEST(Curriculum, RestoresATableFromBeforeClipsWereRemembered) {
