@@ -31,6 +31,9 @@ absl::Status SetRecipeField(v1::Recipe& recipe, absl::string_view assignment);
 // nothing the second time.
 v1::Recipe WithDefaults(v1::Recipe recipe);
 
+// The same for these fields alone.
+v1::AdaptiveBins WithDefaults(v1::AdaptiveBins adaptive);
+
 // Checks a recipe whose defaults are filled: every range, that sizes divide,
 // and that it cannot deadlock (lag against evaluation delay; the bytes of one
 // iteration against the replay bound are checked by the learner once widths

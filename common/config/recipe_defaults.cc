@@ -60,6 +60,11 @@ void FillTask(v1::Task& task) {
   SINEW_DEFAULT(start, rule, v1::Start::RULE_UNIFORM);
   SINEW_DEFAULT(start, bin_seconds, 1);
   SINEW_OPTIONAL_DEFAULT(start, uniform_share, 0.1);
+  // Only where it is in force: recipes of other rules print as they always did,
+  // and their runs can be resumed.
+  if (start.rule() == v1::Start::RULE_ADAPTIVE_BINS) {
+    *start.mutable_adaptive() = WithDefaults(start.adaptive());
+  }
   SINEW_DEFAULT(task, max_episode_steps, 300);
 }
 
@@ -111,6 +116,15 @@ void FillEvaluation(int max_policy_lag, v1::Evaluation& evaluation) {
 }
 
 }  // namespace
+
+v1::AdaptiveBins WithDefaults(v1::AdaptiveBins adaptive) {
+  SINEW_OPTIONAL_DEFAULT(adaptive, pre_failure_seconds, 1);
+  SINEW_DEFAULT(adaptive, half_life_passages, 30);
+  SINEW_OPTIONAL_DEFAULT(adaptive, bin_floor, 0.1);
+  SINEW_OPTIONAL_DEFAULT(adaptive, clip_floor, 0.1);
+  SINEW_DEFAULT(adaptive, clip_cap, 0.25);
+  return adaptive;
+}
 
 v1::Recipe WithDefaults(v1::Recipe recipe) {
   SINEW_DEFAULT(recipe, format_version, 1);

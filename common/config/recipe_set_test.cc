@@ -102,7 +102,8 @@ TEST(SetRecipeField, NamesTheValueThatDoesNotFit) {
   EXPECT_THAT(Try("task.start.rule=newest"),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--set task.start.rule: expected one of RULE_UNIFORM, "
-                       "RULE_BINS, found \"newest\""));
+                       "RULE_BINS, RULE_PHC_SOFT, RULE_PHC_HARD, "
+                       "RULE_ADAPTIVE_BINS, found \"newest\""));
 }
 
 TEST(SetRecipeField, NeedsAValueInsideAGroup) {

@@ -58,6 +58,21 @@ TEST(Recipe, HasTheDefaultsOfItsComments) {
   EXPECT_EQ(recipe.device(), "cpu");
 }
 
+TEST(Recipe, FillsTheRuleOfAdaptiveBinsOnlyWhereItIsInForce) {
+  v1::Recipe recipe;
+  EXPECT_FALSE(WithDefaults(recipe).task().start().has_adaptive());
+
+  recipe.mutable_task()->mutable_start()->set_rule(
+      v1::Start::RULE_ADAPTIVE_BINS);
+  recipe.mutable_task()->mutable_start()->mutable_adaptive()->set_bin_floor(0);
+  recipe = WithDefaults(recipe);
+
+  EXPECT_THAT(recipe.task().start().adaptive(),
+              EqualsProto("pre_failure_seconds: 1 half_life_passages: 30 "
+                          "bin_floor: 0 clip_floor: 0.1 clip_cap: 0.25"));
+  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
+}
+
 TEST(Recipe, KeepsWhatIsSetWhenFillingDefaults) {
   v1::Recipe recipe;
   recipe.mutable_ppo()->set_epochs(7);
@@ -157,6 +172,27 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"task.start.uniform_share=1.5"},
                   "task.start.uniform_share: expected within [0, 1], found "
                   "1.5"},
+        Violation{{"task.start.adaptive.pre_failure_seconds=-1"},
+                  "task.start.adaptive.pre_failure_seconds: expected >= 0, "
+                  "found -1"},
+        Violation{{"task.start.adaptive.half_life_passages=-1"},
+                  "task.start.adaptive.half_life_passages: expected >= 0, "
+                  "found -1"},
+        Violation{{"task.start.rule=adaptive_bins"},
+                  "task.start.adaptive.half_life_passages: expected > 0, "
+                  "found 0"},
+        Violation{{"task.start.rule=adaptive_bins",
+                   "task.start.adaptive.half_life_passages=1"},
+                  "task.start.adaptive.clip_cap: expected > 0, found 0"},
+        Violation{{"task.start.adaptive.bin_floor=1.5"},
+                  "task.start.adaptive.bin_floor: expected within [0, 1], "
+                  "found 1.5"},
+        Violation{{"task.start.adaptive.clip_floor=-0.1"},
+                  "task.start.adaptive.clip_floor: expected within [0, 1], "
+                  "found -0.1"},
+        Violation{{"task.start.adaptive.clip_cap=2"},
+                  "task.start.adaptive.clip_cap: expected within [0, 1], "
+                  "found 2"},
         Violation{{"task.observation.frames_ahead=[1,0]"},
                   "task.observation.frames_ahead: expected within [1, 10000], "
                   "found 0"},

@@ -102,13 +102,7 @@ void CheckReward(const v1::Reward& reward, FieldChecker& check) {
   check.AtLeast(reward.power_cost(), 0, "task.reward.power_cost");
 }
 
-void CheckTask(const v1::Task& task, FieldChecker& check) {
-  CheckObservation(task.observation(), check);
-  CheckAction(task.action(), check);
-  CheckReward(task.reward(), check);
-  check.Positive(task.termination().max_body_distance(),
-                 "task.termination.max_body_distance");
-  const v1::Start& start = task.start();
+void CheckStart(const v1::Start& start, FieldChecker& check) {
   check.Require(start.rule() != v1::Start::RULE_UNSPECIFIED &&
                     v1::Start::Rule_IsValid(start.rule()),
                 "task.start.rule", "a known rule",
@@ -119,6 +113,28 @@ void CheckTask(const v1::Task& task, FieldChecker& check) {
                 "task.start.joint_position_noise");
   check.AtLeast(start.joint_velocity_noise(), 0,
                 "task.start.joint_velocity_noise");
+  const v1::AdaptiveBins& adaptive = start.adaptive();
+  check.AtLeast(adaptive.pre_failure_seconds(), 0,
+                "task.start.adaptive.pre_failure_seconds");
+  check.AtLeast(adaptive.half_life_passages(), 0,
+                "task.start.adaptive.half_life_passages");
+  check.Within(adaptive.bin_floor(), 0, 1, "task.start.adaptive.bin_floor");
+  check.Within(adaptive.clip_floor(), 0, 1, "task.start.adaptive.clip_floor");
+  check.Within(adaptive.clip_cap(), 0, 1, "task.start.adaptive.clip_cap");
+  // Elsewhere zero is unset.
+  if (start.rule() != v1::Start::RULE_ADAPTIVE_BINS) return;
+  check.Positive(adaptive.half_life_passages(),
+                 "task.start.adaptive.half_life_passages");
+  check.Positive(adaptive.clip_cap(), "task.start.adaptive.clip_cap");
+}
+
+void CheckTask(const v1::Task& task, FieldChecker& check) {
+  CheckObservation(task.observation(), check);
+  CheckAction(task.action(), check);
+  CheckReward(task.reward(), check);
+  check.Positive(task.termination().max_body_distance(),
+                 "task.termination.max_body_distance");
+  CheckStart(task.start(), check);
   check.AtLeast(task.max_episode_steps(), 1, "task.max_episode_steps");
 }
 

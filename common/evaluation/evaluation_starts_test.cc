@@ -44,6 +44,17 @@ TEST(EvaluationStarts, RunOtherClipsToTheirEndFromTheFirstHalf) {
   }
 }
 
+TEST(EvaluationStarts, AreTheFirstFramesWhereThereIsOneOfEachClip) {
+  const auto starts = MakeEvaluationStarts(Library(), 1, 10);
+
+  ASSERT_TRUE(starts.ok());
+  ASSERT_EQ(starts->size(), 2u);
+  EXPECT_EQ((*starts)[0].start_frame(), 0);
+  EXPECT_EQ((*starts)[0].steps(), 300);
+  EXPECT_EQ((*starts)[1].start_frame(), 0);
+  EXPECT_EQ((*starts)[1].steps(), 40);
+}
+
 TEST(EvaluationStarts, RefuseNoStartsAndNoTime) {
   EXPECT_THAT(MakeEvaluationStarts(Library(), 0, 10),
               StatusIs(absl::StatusCode::kInvalidArgument,

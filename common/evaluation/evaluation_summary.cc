@@ -85,22 +85,45 @@ ClipSummary SummariseClip(absl::Span<const v1::EvaluationResult* const> results,
   return summary;
 }
 
-void Finish(const Sums& sums, SetSummary* set) {
-  set->starts = sums.starts;
-  set->succeeded_starts = sums.succeeded;
-  set->frames = sums.frames;
-  set->success_rate = Ratio(set->succeeded_clips, set->clips);
-  set->survived_share = Ratio(static_cast<double>(sums.frames), sums.asked);
-  set->means = Means(sums);
-  set->body_mm = BodyMeans(sums);
-}
+// A set of clips while it grows.
+struct Set {
+  SetSummary summary;
+  Sums sums;
+
+  void Add(bool success,
+           absl::Span<const v1::EvaluationResult* const> results) {
+    ++summary.clips;
+    summary.succeeded_clips += success ? 1 : 0;
+    for (const v1::EvaluationResult* result : results) sums.Add(*result);
+  }
+  SetSummary Finish() {
+    summary.starts = sums.starts;
+    summary.succeeded_starts = sums.succeeded;
+    summary.frames = sums.frames;
+    summary.success_rate = Ratio(summary.succeeded_clips, summary.clips);
+    summary.survived_share =
+        Ratio(static_cast<double>(sums.frames), sums.asked);
+    summary.means = Means(sums);
+    summary.body_mm = BodyMeans(sums);
+    return summary;
+  }
+};
 
 }  // namespace
 
+std::vector<bool> LeftOutClips(const v1::MotionLibrary& library) {
+  std::vector<bool> left_out;
+  for (const v1::ClipInfo& clip : library.clips()) {
+    left_out.push_back(clip.left_out());
+  }
+  return left_out;
+}
+
 EvaluationSummary SummariseEvaluation(
-    absl::Span<const v1::EvaluationResult> results) {
+    absl::Span<const v1::EvaluationResult> results,
+    const std::vector<bool>& left_out) {
   EvaluationSummary summary;
-  Sums overall, successful;
+  Set overall, successful, training, others;
   const Results sorted = Sorted(results);
   size_t begin = 0;
   while (begin < sorted.size()) {
@@ -109,24 +132,22 @@ EvaluationSummary SummariseEvaluation(
            sorted[end]->clip() == sorted[begin]->clip()) {
       ++end;
     }
+    const auto of_clip =
+        absl::MakeConstSpan(sorted).subspan(begin, end - begin);
     Sums sums;
-    summary.clips.push_back(SummariseClip(
-        absl::MakeConstSpan(sorted).subspan(begin, end - begin), sums));
-    const bool success = summary.clips.back().success;
-    ++summary.overall.clips;
-    summary.overall.succeeded_clips += success ? 1 : 0;
-    if (success) {
-      ++summary.successful.clips;
-      ++summary.successful.succeeded_clips;
-    }
-    for (size_t i = begin; i < end; ++i) {
-      overall.Add(*sorted[i]);
-      if (success) successful.Add(*sorted[i]);
-    }
+    ClipSummary& clip =
+        summary.clips.emplace_back(SummariseClip(of_clip, sums));
+    const auto index = static_cast<size_t>(clip.clip);
+    clip.left_out = index < left_out.size() && left_out[index];
+    overall.Add(clip.success, of_clip);
+    if (clip.success) successful.Add(true, of_clip);
+    (clip.left_out ? others : training).Add(clip.success, of_clip);
     begin = end;
   }
-  Finish(overall, &summary.overall);
-  Finish(successful, &summary.successful);
+  summary.overall = overall.Finish();
+  summary.successful = successful.Finish();
+  summary.training = training.Finish();
+  summary.left_out = others.Finish();
   return summary;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew {
@@ -22,7 +23,8 @@ struct MetricMeans {
 // All starts of one clip.
 struct ClipSummary {
   int32_t clip = 0;
-  bool success = false;  // all its starts succeeded
+  bool left_out = false;  // of training
+  bool success = false;   // all its starts succeeded
   int32_t starts = 0;
   int32_t succeeded_starts = 0;
   int64_t frames = 0;            // compared, over all starts
@@ -47,13 +49,19 @@ struct SetSummary {
 struct EvaluationSummary {
   SetSummary overall;
   SetSummary successful;           // of the clips that succeeded
+  SetSummary training;             // of the clips that are trained on
+  SetSummary left_out;             // of the others
   std::vector<ClipSummary> clips;  // in clip order; those with results
 };
 
+// Whether each clip of a library is left out of training. Pure.
+std::vector<bool> LeftOutClips(const v1::MotionLibrary& library);
+
 // Summary of results in any order; equal for every order of them, bit for bit.
-// Pure.
+// `left_out`: by clip; clips past its end are trained on. Pure.
 EvaluationSummary SummariseEvaluation(
-    absl::Span<const v1::EvaluationResult> results);
+    absl::Span<const v1::EvaluationResult> results,
+    const std::vector<bool>& left_out = {});
 
 }  // namespace sinew
 

@@ -59,6 +59,38 @@ TEST(EvaluationSummary, AClipSucceedsIfAllItsStartsDo) {
   EXPECT_DOUBLE_EQ(summary.successful.success_rate, 1);
 }
 
+TEST(EvaluationSummary, SumsUpTrainingAndLeftOutClipsApart) {
+  const std::vector<v1::EvaluationResult> results = {Result(0, 0, 100, -1, 10),
+                                                     Result(1, 0, 100, 50, 40),
+                                                     Result(2, 0, 100, -1, 30)};
+
+  const EvaluationSummary summary =
+      SummariseEvaluation(results, {false, true, true});
+
+  EXPECT_EQ(summary.overall.clips, 3);
+  EXPECT_EQ(summary.training.clips, 1);
+  EXPECT_DOUBLE_EQ(summary.training.means.e_g_mpjpe_mm, 10);
+  EXPECT_EQ(summary.left_out.clips, 2);
+  EXPECT_DOUBLE_EQ(summary.left_out.success_rate, 0.5);
+  EXPECT_DOUBLE_EQ(summary.left_out.survived_share, 0.75);
+  EXPECT_FALSE(summary.clips[0].left_out);
+  EXPECT_TRUE(summary.clips[2].left_out);
+}
+
+TEST(EvaluationSummary, CallsAllClipsTrainingWhereNoneIsLeftOut) {
+  v1::MotionLibrary library;
+  library.add_clips();
+  library.add_clips()->set_left_out(true);
+  EXPECT_THAT(LeftOutClips(library), ElementsAre(false, true));
+
+  const EvaluationSummary summary =
+      SummariseEvaluation(std::vector{Result(0, 0, 100, 50, 40)});
+
+  EXPECT_EQ(summary.training.clips, 1);
+  EXPECT_EQ(summary.training.frames, summary.overall.frames);
+  EXPECT_EQ(summary.left_out.clips, 0);
+}
+
 TEST(EvaluationSummary, PoolsFramesOfAllMotions) {
   const std::vector<v1::EvaluationResult> results = {Result(0, 0, 100, -1, 10),
                                                      Result(1, 0, 100, 50, 40)};

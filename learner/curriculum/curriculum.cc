@@ -2,133 +2,213 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "common/status_macros.h"
 
 namespace sinew::learner {
 namespace {
 
 // Weight of the newest episode in a bin's running mean error.
 constexpr double kErrorRate = 0.1;
+// Recent counts below this are as good as none.
+constexpr double kForgotten = 1e-9;
 
-double TotalFrames(const v1::CurriculumTable& table) {
-  double total = 0;
-  for (const auto& bin : table.bins()) total += bin.num_frames();
-  return total;
+int64_t Frames(double seconds, double frames_per_second) {
+  return std::llround(seconds * frames_per_second);
 }
 
-class UniformRule final : public StartRule {
- public:
-  void Weigh(v1::CurriculumTable& table) const override {
-    const double total = TotalFrames(table);
-    for (auto& bin : *table.mutable_bins()) {
-      bin.set_probability(bin.num_frames() / total);
-    }
+void CopyStatistics(const v1::CurriculumTable::Bin& from,
+                    v1::CurriculumTable::Bin& to) {
+  to.set_visits(from.visits());
+  to.set_failures(from.failures());
+  to.set_mean_body_distance(from.mean_body_distance());
+  to.set_last_seen(from.last_seen());
+  to.set_recent_passages(from.recent_passages());
+  to.set_recent_failures(from.recent_failures());
+}
+
+// First bin of each clip that has any.
+std::map<int, int> FirstBins(const v1::CurriculumTable& table) {
+  std::map<int, int> first;
+  for (int b = 0; b < table.bins_size(); ++b) {
+    first.try_emplace(table.bins(b).clip(), b);
   }
-};
-
-class FailureRateRule final : public StartRule {
- public:
-  explicit FailureRateRule(double uniform_share)
-      : uniform_share_(uniform_share) {}
-
-  void Weigh(v1::CurriculumTable& table) const override {
-    const double frames = TotalFrames(table);
-    double total = 0;
-    for (const auto& bin : table.bins()) total += Weight(bin);
-    for (auto& bin : *table.mutable_bins()) {
-      bin.set_probability((1 - uniform_share_) * Weight(bin) / total +
-                          uniform_share_ * bin.num_frames() / frames);
-    }
-  }
-
- private:
-  static double Weight(const v1::CurriculumTable::Bin& bin) {
-    return bin.num_frames() * (static_cast<double>(bin.failures()) + 1) /
-           (static_cast<double>(bin.visits()) + 2);
-  }
-
-  const double uniform_share_;
-};
+  return first;
+}
 
 }  // namespace
 
-std::unique_ptr<StartRule> MakeUniformRule() {
-  return std::make_unique<UniformRule>();
-}
-
-std::unique_ptr<StartRule> MakeFailureRateRule(double uniform_share) {
-  return std::make_unique<FailureRateRule>(uniform_share);
-}
-
 absl::StatusOr<std::unique_ptr<Curriculum>> Curriculum::Create(
-    const v1::Start& start, const v1::MotionLibrary& library) {
+    const v1::Start& start, const v1::MotionLibrary& library,
+    absl::Span<const std::string> clip_sha256) {
   if (library.clips_size() == 0) {
     return absl::InvalidArgumentError(
         "motion library: expected at least one clip, found none");
   }
-  auto result = std::unique_ptr<Curriculum>(new Curriculum());
-  const int bin_frames = std::max<int>(
-      1, static_cast<int>(
-             std::lround(start.bin_seconds() * library.frames_per_second())));
-  result->table_.set_bin_frames(bin_frames);
-  for (int clip = 0; clip < library.clips_size(); ++clip) {
-    const v1::ClipInfo& info = library.clips(clip);
-    const int64_t frames = info.num_frames() - (info.loops() ? 0 : 1);
-    if (frames < 1) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("clip ", info.name(), ": expected >= 2 frames, found ",
-                       info.num_frames()));
-    }
-    result->first_bin_.push_back(result->table_.bins_size());
-    result->frames_.push_back(frames);
-    result->loops_.push_back(info.loops());
-    for (int64_t first = 0; first < frames; first += bin_frames) {
-      auto& bin = *result->table_.add_bins();
-      bin.set_clip(clip);
-      bin.set_first_frame(static_cast<int32_t>(first));
-      bin.set_num_frames(
-          static_cast<int32_t>(std::min<int64_t>(bin_frames, frames - first)));
-      bin.set_last_seen(-1);
-    }
+  const size_t clips = static_cast<size_t>(library.clips_size());
+  if (!clip_sha256.empty() && clip_sha256.size() != clips) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("curriculum: expected a digest for each of ", clips,
+                     " clips, found ", clip_sha256.size()));
   }
-  result->rule_ = start.rule() == v1::Start::RULE_BINS
-                      ? MakeFailureRateRule(start.uniform_share())
-                      : MakeUniformRule();
+  auto result = std::unique_ptr<Curriculum>(new Curriculum());
+  const double rate = library.frames_per_second();
+  const v1::AdaptiveBins adaptive = WithDefaults(start.adaptive());
+  result->table_.set_bin_frames(static_cast<int32_t>(
+      std::max<int64_t>(1, Frames(start.bin_seconds(), rate))));
+  result->pre_failure_frames_ = Frames(adaptive.pre_failure_seconds(), rate);
+  result->half_life_passages_ = adaptive.half_life_passages();
+  for (int clip = 0; clip < library.clips_size(); ++clip) {
+    SINEW_RETURN_IF_ERROR(result->AddClip(
+        library.clips(clip), clip_sha256.empty() ? "" : clip_sha256[clip]));
+  }
+  if (result->table_.bins_size() == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("motion library: expected at least one clip that is not "
+                     "left out of training, found none in ",
+                     clips));
+  }
+  result->rule_ = MakeStartRule(start);
   result->Reweigh();
   return result;
 }
 
-v1::CurriculumTable::Bin& Curriculum::BinAt(int clip, int64_t frame) {
-  const int64_t frames = frames_[clip];
+absl::Status Curriculum::AddClip(const v1::ClipInfo& info,
+                                 const std::string& sha256) {
+  const int index = table_.clips_size();
+  const int64_t frames = info.num_frames() - (info.loops() ? 0 : 1);
+  if (frames < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("clip ", info.name(), ": expected >= 2 frames, found ",
+                     info.num_frames()));
+  }
+  v1::CurriculumTable::Clip& clip = *table_.add_clips();
+  clip.set_name(info.name());
+  clip.set_sha256(sha256);
+  clip.set_left_out(info.left_out());
+  clip.set_last_evaluated(-1);
+  ClipBins& bins = clips_.emplace_back();
+  bins.first = table_.bins_size();
+  bins.frames = frames;
+  bins.loops = info.loops();
+  if (info.left_out()) return absl::OkStatus();
+  const int64_t width = table_.bin_frames();
+  for (int64_t first = 0; first < frames; first += width) {
+    v1::CurriculumTable::Bin& bin = *table_.add_bins();
+    bin.set_clip(index);
+    bin.set_first_frame(static_cast<int32_t>(first));
+    bin.set_num_frames(static_cast<int32_t>(std::min(width, frames - first)));
+    bin.set_last_seen(-1);
+    ++bins.count;
+  }
+  return absl::OkStatus();
+}
+
+v1::CurriculumTable::Bin& Curriculum::BinAt(const ClipBins& clip,
+                                            int64_t frame) {
   const int64_t within =
-      loops_[clip] ? frame % frames : std::min(frame, frames - 1);
-  return *table_.mutable_bins(first_bin_[clip] +
+      clip.loops ? frame % clip.frames : std::min(frame, clip.frames - 1);
+  return *table_.mutable_bins(clip.first +
                               static_cast<int>(within / table_.bin_frames()));
 }
 
-void Curriculum::Record(absl::Span<const v1::EpisodeEnd> episodes,
-                        int64_t iteration) {
-  for (const v1::EpisodeEnd& episode : episodes) {
-    auto& begun = BinAt(episode.clip(), episode.start_frame());
-    const double old_mean = begun.mean_body_distance();
-    begun.set_mean_body_distance(
-        begun.visits() == 0
-            ? episode.mean_body_distance()
-            : old_mean +
-                  kErrorRate * (episode.mean_body_distance() - old_mean));
-    begun.set_visits(begun.visits() + 1);
-    begun.set_last_seen(iteration);
-    if (episode.reason() == v1::EpisodeEnd::REASON_TERMINATED) {
-      auto& failed = BinAt(episode.clip(),
-                           int64_t{episode.start_frame()} + episode.steps());
-      failed.set_failures(failed.failures() + 1);
+int64_t Curriculum::LastOfPassage(const ClipBins& clip,
+                                  const v1::CurriculumTable::Bin& bin,
+                                  int64_t frame, int64_t end) const {
+  const int64_t bin_end = int64_t{bin.first_frame()} + bin.num_frames();
+  // The last bin holds all that follows.
+  if (!clip.loops && bin_end >= clip.frames) return end;
+  const int64_t within = clip.loops ? frame % clip.frames : frame;
+  return std::min(end, frame + bin_end - within - 1);
+}
+
+void Curriculum::RunThrough(const ClipBins& clip, int64_t start, int64_t steps,
+                            bool failed) {
+  const int64_t end = start + steps;
+  const int64_t cause = failed ? end - pre_failure_frames_ : end + 1;
+  for (int64_t frame = start; frame <= end;) {
+    v1::CurriculumTable::Bin& bin = BinAt(clip, frame);
+    const int64_t last = LastOfPassage(clip, bin, frame, end);
+    ++passages_;
+    bin.set_recent_passages(bin.recent_passages() + 1);
+    if (failed && last == end) {
+      bin.set_recent_failures(bin.recent_failures() + 1);
+    } else if (last >= cause) {
+      const int64_t led_there = last - std::max(frame, cause) + 1;
+      bin.set_recent_failures(bin.recent_failures() +
+                              static_cast<double>(led_there) /
+                                  static_cast<double>(last - frame + 1));
     }
+    frame = last + 1;
   }
 }
 
-void Curriculum::Reweigh() { rule_->Weigh(table_); }
+void Curriculum::Record(const v1::EpisodeEnd& episode, int64_t iteration) {
+  const ClipBins& clip = clips_[episode.clip()];
+  if (clip.count == 0) return;
+  v1::CurriculumTable::Bin& begun = BinAt(clip, episode.start_frame());
+  const double old_mean = begun.mean_body_distance();
+  begun.set_mean_body_distance(
+      begun.visits() == 0
+          ? episode.mean_body_distance()
+          : old_mean + kErrorRate * (episode.mean_body_distance() - old_mean));
+  begun.set_visits(begun.visits() + 1);
+  begun.set_last_seen(iteration);
+  const bool failed = episode.reason() == v1::EpisodeEnd::REASON_TERMINATED;
+  if (failed) {
+    v1::CurriculumTable::Bin& bin =
+        BinAt(clip, int64_t{episode.start_frame()} + episode.steps());
+    bin.set_failures(bin.failures() + 1);
+  }
+  RunThrough(clip, episode.start_frame(), episode.steps(), failed);
+}
+
+void Curriculum::RecordEvaluation(
+    absl::Span<const v1::EvaluationResult> results, int64_t iteration) {
+  for (const ClipSummary& summary : SummariseEvaluation(results).clips) {
+    v1::CurriculumTable::Clip& clip = *table_.mutable_clips(summary.clip);
+    clip.set_evaluations(clip.evaluations() + 1);
+    clip.set_failed_evaluations(clip.failed_evaluations() +
+                                (summary.success ? 0 : 1));
+    clip.set_failed_latest(!summary.success);
+    clip.set_succeeded_share(static_cast<double>(summary.succeeded_starts) /
+                             summary.starts);
+    clip.set_mean_error_mm(summary.means.e_g_mpjpe_mm);
+    clip.set_last_evaluated(iteration);
+  }
+  for (const v1::EvaluationResult& result : results) {
+    const ClipBins& clip = clips_[result.clip()];
+    if (clip.count == 0) continue;
+    RunThrough(clip, result.start_frame(),
+               std::max(result.frames(), result.failed_at_frame()),
+               !result.success());
+  }
+}
+
+void Curriculum::Forget() {
+  if (passages_ == 0) return;
+  const double keep = std::exp2(-static_cast<double>(passages_) /
+                                (table_.bins_size() * half_life_passages_));
+  passages_ = 0;
+  for (auto& bin : *table_.mutable_bins()) {
+    const double passages = bin.recent_passages() * keep;
+    const double failures = bin.recent_failures() * keep;
+    bin.set_recent_passages(passages < kForgotten ? 0 : passages);
+    bin.set_recent_failures(failures < kForgotten ? 0 : failures);
+  }
+}
+
+void Curriculum::Reweigh() {
+  Forget();
+  rule_->Weigh(table_);
+}
 
 absl::Status Curriculum::Restore(const v1::CurriculumTable& table) {
   if (table.bins_size() != table_.bins_size() ||
@@ -138,8 +218,62 @@ absl::Status Curriculum::Restore(const v1::CurriculumTable& table) {
         " bins of ", table_.bin_frames(), " frames, found ", table.bins_size(),
         " of ", table.bin_frames(), "; the library has changed"));
   }
+  // A state from before clips were remembered has none.
+  if (table.clips_size() != 0 && table.clips_size() != table_.clips_size()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "curriculum of the training state: expected ", table_.clips_size(),
+        " clips, found ", table.clips_size(), "; the library has changed"));
+  }
+  for (int c = 0; c < table.clips_size(); ++c) {
+    if (table.clips(c).name() == table_.clips(c).name()) continue;
+    return absl::FailedPreconditionError(
+        absl::StrCat("curriculum of the training state: clip ", c,
+                     ": expected ", table_.clips(c).name(), ", found ",
+                     table.clips(c).name(), "; the library has changed"));
+  }
+  const v1::CurriculumTable fresh = std::move(table_);
   table_ = table;
+  if (table.clips_size() == 0) *table_.mutable_clips() = fresh.clips();
   return absl::OkStatus();
+}
+
+void Curriculum::AdoptBins(const ClipBins& clip,
+                           const v1::CurriculumTable& table, int first) {
+  const int end = first + clip.count;
+  if (clip.count == 0 || table.bin_frames() != table_.bin_frames() ||
+      end > table.bins_size() ||
+      table.bins(end - 1).clip() != table.bins(first).clip()) {
+    return;
+  }
+  for (int b = 0; b < clip.count; ++b) {
+    CopyStatistics(table.bins(first + b), *table_.mutable_bins(clip.first + b));
+  }
+}
+
+int Curriculum::Adopt(const v1::CurriculumTable& table) {
+  std::map<std::string_view, int> by_name;
+  for (int c = 0; c < table.clips_size(); ++c) {
+    by_name[table.clips(c).name()] = c;
+  }
+  const std::map<int, int> first_bins = FirstBins(table);
+  int adopted = 0;
+  for (int c = 0; c < table_.clips_size(); ++c) {
+    v1::CurriculumTable::Clip& clip = *table_.mutable_clips(c);
+    const auto found = by_name.find(clip.name());
+    if (found == by_name.end() || clip.sha256().empty() ||
+        table.clips(found->second).sha256() != clip.sha256()) {
+      continue;
+    }
+    ++adopted;
+    const bool left_out = clip.left_out();
+    clip = table.clips(found->second);
+    clip.set_left_out(left_out);
+    // A clip that was left out had no bins.
+    const auto first = first_bins.find(found->second);
+    if (first != first_bins.end()) AdoptBins(clips_[c], table, first->second);
+  }
+  Reweigh();
+  return adopted;
 }
 
 }  // namespace sinew::learner

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "learner/curriculum/start_rule.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -15,58 +17,88 @@
 
 namespace sinew::learner {
 
-// Turns the statistics of bins into start probabilities.
-//
-// Thread-safety: stateless. Errors: none; the result sums to 1.
-class StartRule {
- public:
-  virtual ~StartRule() = default;
-  // Sets `probability` of every bin from its statistics; at least one bin.
-  virtual void Weigh(v1::CurriculumTable& table) const = 0;
-};
-
-// Every frame of every clip alike: probability proportional to bin frames.
-std::unique_ptr<StartRule> MakeUniformRule();
-
-// Proportional to frames times the smoothed failure rate
-// (failures + 1) / (visits + 2), mixed with `uniform_share` of the uniform
-// rule, which guarantees every bin its floor.
-std::unique_ptr<StartRule> MakeFailureRateRule(double uniform_share);
-
 // Where episodes start: a table of clip x time bin with visits, failures,
-// running error and last visit, updated by the learner once per iteration and
-// sent with every snapshot, so that all actors draw from one distribution.
+// running error and last visit, and of clips with what evaluations found of
+// them; updated by the learner once per iteration and sent with every snapshot,
+// so that all actors draw from one distribution.
 //
-// Thread-safety: one caller. Ownership: owns the table. Blocking: never.
-// Errors: Create names the field; Restore refuses a table of other bins.
+//   Record, Record, ...    episodes of an iteration
+//   RecordEvaluation       at the iteration where one takes effect
+//   Reweigh                once, before the next snapshot is made
+//
+// Recent passages and failures (v1::CurriculumTable.Bin) are kept under every
+// rule. A run through a clip passes its bins one after the other, a loop's
+// again in each round. One that fails counts in the bin where it does, and in
+// those before it by the share of the frames passed there that lie at most
+// pre_failure_seconds before the failure: the cause lies there, and never
+// before the start, which is a frame of the clip itself. With P passages in an
+// iteration and B bins, Reweigh multiplies both counts by
+// 2^(-P / (B * half_life_passages)), so that what counts as recent scales with
+// the library.
+//
+// Thread-safety: one caller. Ownership: owns the table and its rule. Blocking:
+// never; Record does not allocate. Errors: Create names the field or the clip;
+// Restore refuses a table of other bins or clips.
 class Curriculum {
  public:
   // `frames_per_second` of the library; bins of start.bin_seconds each, the
   // last bin of a clip may be shorter. The last frame of a clip that does not
-  // loop is no start.
+  // loop is no start; clips that are left out have no bins. `clip_sha256`: by
+  // clip, or empty: then no clip is ever recognised in another library.
   static absl::StatusOr<std::unique_ptr<Curriculum>> Create(
-      const v1::Start& start, const v1::MotionLibrary& library);
+      const v1::Start& start, const v1::MotionLibrary& library,
+      absl::Span<const std::string> clip_sha256 = {});
 
-  // Counts finished episodes of `iteration`: a visit for the bin where each
-  // began, a failure for the bin where it failed.
-  void Record(absl::Span<const v1::EpisodeEnd> episodes, int64_t iteration);
-  // Recomputes probabilities; call once per iteration, after Record.
+  // Counts a finished episode of `iteration`: a visit for the bin where it
+  // began, a failure for the bin where it failed, and as recent.
+  void Record(const v1::EpisodeEnd& episode, int64_t iteration);
+  // Counts an evaluation of the snapshot of `iteration`: for clips, and as
+  // recent. Results in the order of their orders.
+  void RecordEvaluation(absl::Span<const v1::EvaluationResult> results,
+                        int64_t iteration);
+  // Forgets some of what was recent and recomputes probabilities.
   void Reweigh();
 
   const v1::CurriculumTable& table() const { return table_; }
-  // From a training state. FAILED_PRECONDITION if the bins differ.
+  const StartRule& rule() const { return *rule_; }
+
+  // From a training state of the same library, bit for bit.
+  // FAILED_PRECONDITION if bins or clips differ.
   absl::Status Restore(const v1::CurriculumTable& table);
+  // Takes over what `table`, of another library, knows of clips that are
+  // unchanged, by name and digest, and reweighs. Returns their number.
+  int Adopt(const v1::CurriculumTable& table);
 
  private:
   Curriculum() = default;
-  // Bin of a frame of a clip; frames past the end wrap (looping clips) or
-  // count for the last bin.
-  v1::CurriculumTable::Bin& BinAt(int clip, int64_t frame);
+  // Bins of a clip; none if it is left out.
+  struct ClipBins {
+    int first = 0, count = 0;
+    int64_t frames = 0;  // that can be started at
+    bool loops = false;
+  };
+  absl::Status AddClip(const v1::ClipInfo& info, const std::string& sha256);
+  // Bin of a frame of a clip that has bins; frames past the end wrap (looping
+  // clips) or count for the last bin.
+  v1::CurriculumTable::Bin& BinAt(const ClipBins& clip, int64_t frame);
+  // Last frame, counted on over the end, that is in the bin of `frame` until
+  // `end` at most.
+  int64_t LastOfPassage(const ClipBins& clip,
+                        const v1::CurriculumTable::Bin& bin, int64_t frame,
+                        int64_t end) const;
+  void RunThrough(const ClipBins& clip, int64_t start, int64_t steps,
+                  bool failed);
+  void Forget();
+  // Statistics of a clip's bins, if those of `table` from `first` on are the
+  // same.
+  void AdoptBins(const ClipBins& clip, const v1::CurriculumTable& table,
+                 int first);
 
   v1::CurriculumTable table_;
-  std::vector<int> first_bin_;   // by clip
-  std::vector<int64_t> frames_;  // startable frames by clip
-  std::vector<bool> loops_;
+  std::vector<ClipBins> clips_;
+  int64_t pre_failure_frames_ = 0;
+  double half_life_passages_ = 1;
+  int64_t passages_ = 0;  // since the last Reweigh
   std::unique_ptr<StartRule> rule_;
 };
 

@@ -3,6 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/random/philox.h"
 #include "common/testing/matchers.h"
 
 namespace sinew::learner {
@@ -10,6 +16,7 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // Two clips at 10 Hz: "loop" of 25 frames, "once" of 11 (10 startable).
@@ -48,6 +55,48 @@ v1::EpisodeEnd MakeEpisode(int clip, int start, int steps, bool failed) {
   return episode;
 }
 
+// A curriculum whose window before a failure is 0.5 s, that is 5 frames.
+std::unique_ptr<Curriculum> MakeAdaptive(
+    const v1::MotionLibrary& library,
+    const std::vector<std::string>& clip_sha256 = {}) {
+  v1::Start start;
+  start.set_rule(v1::Start::RULE_ADAPTIVE_BINS);
+  start.set_bin_seconds(1);
+  start.mutable_adaptive()->set_pre_failure_seconds(0.5);
+  start.mutable_adaptive()->set_half_life_passages(10);
+  auto curriculum = Curriculum::Create(start, library, clip_sha256);
+  EXPECT_TRUE(curriculum.ok()) << curriculum.status();
+  return *std::move(curriculum);
+}
+
+v1::EvaluationResult MakeResult(int clip, int start, int steps, int failed_at) {
+  v1::EvaluationResult result;
+  result.set_clip(clip);
+  result.set_start_frame(start);
+  result.set_steps(steps);
+  result.set_success(failed_at < 0);
+  result.set_failed_at_frame(failed_at);
+  result.set_frames(failed_at < 0 ? steps : failed_at);
+  result.set_sum_g_mpjpe_mm(30.0 * result.frames());
+  return result;
+}
+
+std::vector<double> RecentPassages(const Curriculum& curriculum) {
+  std::vector<double> values;
+  for (const auto& bin : curriculum.table().bins()) {
+    values.push_back(bin.recent_passages());
+  }
+  return values;
+}
+
+std::vector<double> RecentFailures(const Curriculum& curriculum) {
+  std::vector<double> values;
+  for (const auto& bin : curriculum.table().bins()) {
+    values.push_back(bin.recent_failures());
+  }
+  return values;
+}
+
 double TotalProbability(const v1::CurriculumTable& table) {
   double total = 0;
   for (const auto& bin : table.bins()) total += bin.probability();
@@ -73,7 +122,7 @@ TEST(Curriculum, CountsFailuresWhereTheyHappenAndVisitsWhereTheyBegin) {
   auto curriculum = MakeCurriculum(v1::Start::RULE_BINS);
 
   // Begins in bin 0, fails at frame 5 + 28 = 33 of a loop of 25: frame 8.
-  curriculum->Record({MakeEpisode(0, 15, 18, true)}, /*iteration=*/7);
+  curriculum->Record(MakeEpisode(0, 15, 18, true), /*iteration=*/7);
 
   const auto& bins = curriculum->table().bins();
   EXPECT_EQ(bins[1].visits(), 1);
@@ -88,7 +137,7 @@ TEST(Curriculum, FavoursBinsThatFailAndKeepsAFloorForOthers) {
   std::vector<v1::EpisodeEnd> episodes(100, MakeEpisode(0, 0, 300, false));
   for (int i = 0; i < 100; ++i) episodes.push_back(MakeEpisode(1, 0, 3, true));
 
-  curriculum->Record(episodes, 1);
+  for (const auto& episode : episodes) curriculum->Record(episode, 1);
   curriculum->Reweigh();
 
   const auto& table = curriculum->table();
@@ -101,7 +150,7 @@ TEST(Curriculum, IgnoresStatisticsUnderTheUniformRule) {
   auto curriculum = MakeCurriculum(v1::Start::RULE_UNIFORM);
   const auto before = curriculum->table();
 
-  curriculum->Record({MakeEpisode(1, 0, 3, true)}, 1);
+  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
   curriculum->Reweigh();
 
   for (int i = 0; i < before.bins_size(); ++i) {
@@ -112,7 +161,7 @@ TEST(Curriculum, IgnoresStatisticsUnderTheUniformRule) {
 
 TEST(Curriculum, RestoresATableAndRefusesOneOfOtherBins) {
   auto curriculum = MakeCurriculum(v1::Start::RULE_BINS);
-  curriculum->Record({MakeEpisode(1, 0, 3, true)}, 1);
+  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
   curriculum->Reweigh();
   auto other = MakeCurriculum(v1::Start::RULE_BINS);
 
@@ -124,6 +173,250 @@ TEST(Curriculum, RestoresATableAndRefusesOneOfOtherBins) {
   EXPECT_THAT(other->Restore(small),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        HasSubstr("expected 4 bins of 10 frames, found 0")));
+}
+
+TEST(Curriculum, CountsEveryPassageThroughABin) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+
+  // From frame 5 of the loop over its end, at 25, to frame 5 + 27 = 32: bins
+  // 0, 1, 2 and 0 again. The other clip to its end.
+  curriculum->Record(MakeEpisode(0, 5, 27, false), 1);
+  curriculum->Record(MakeEpisode(1, 4, 6, false), 1);
+
+  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(2, 1, 1, 1));
+  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(0, 0, 0, 0));
+}
+
+TEST(Curriculum, BlamesWhatLiesShortlyBeforeAFailure) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+
+  // Fails at frame 22 of bin 2; the five frames before begin with 17, and
+  // frames 17 to 19 of 10 to 19 lie in bin 1.
+  curriculum->Record(MakeEpisode(0, 2, 20, true), 1);
+
+  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 1, 1, 0));
+  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(0, 0.3, 1, 0));
+}
+
+TEST(Curriculum, BlamesNothingBeforeTheStart) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+
+  // Begins at 18: frames 18 and 19 of bin 1, both in the window.
+  curriculum->Record(MakeEpisode(0, 18, 4, true), 1);
+  // Over the end of the loop: frame 24 is of bin 2, 26 of bin 0.
+  curriculum->Record(MakeEpisode(0, 24, 2, true), 1);
+
+  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(1, 1, 2, 0));
+  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 1, 2, 0));
+}
+
+TEST(Curriculum, ForgetsByHalfOverTheHalfLife) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  // 40 passages over 4 bins are 10 of an average one.
+  for (int i = 0; i < 40; ++i) {
+    curriculum->Record(MakeEpisode(1, 0, 3, true), i);
+  }
+
+  curriculum->Reweigh();
+  EXPECT_DOUBLE_EQ(curriculum->table().bins(3).recent_passages(), 20);
+  EXPECT_DOUBLE_EQ(curriculum->table().bins(3).recent_failures(), 20);
+
+  curriculum->Reweigh();  // nothing was seen since
+  EXPECT_DOUBLE_EQ(curriculum->table().bins(3).recent_passages(), 20);
+  EXPECT_EQ(curriculum->table().bins(3).visits(), 40);
+}
+
+TEST(Curriculum, TakesEvaluationsIn) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+
+  curriculum->RecordEvaluation(
+      {MakeResult(0, 0, 20, -1), MakeResult(0, 12, 20, 3),
+       MakeResult(1, 0, 10, -1)},
+      /*iteration=*/6);
+
+  const v1::CurriculumTable& table = curriculum->table();
+  EXPECT_EQ(table.clips(0).name(), "loop");
+  EXPECT_EQ(table.clips(0).evaluations(), 1);
+  EXPECT_EQ(table.clips(0).failed_evaluations(), 1);
+  EXPECT_TRUE(table.clips(0).failed_latest());
+  EXPECT_EQ(table.clips(0).succeeded_share(), 0.5);
+  EXPECT_DOUBLE_EQ(table.clips(0).mean_error_mm(), 30);
+  EXPECT_EQ(table.clips(0).last_evaluated(), 6);
+  EXPECT_FALSE(table.clips(1).failed_latest());
+  EXPECT_EQ(table.clips(1).failed_evaluations(), 0);
+  EXPECT_EQ(table.bins(0).visits(), 0);  // no episode
+  // 0 to 20 and 12 to 15, which is bin 1.
+  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 2, 1, 1));
+  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(0, 1, 0, 0));
+
+  curriculum->RecordEvaluation({MakeResult(0, 0, 20, -1)}, 8);
+  EXPECT_EQ(table.clips(0).evaluations(), 2);
+  EXPECT_EQ(table.clips(0).failed_evaluations(), 1);
+  EXPECT_FALSE(table.clips(0).failed_latest());
+  EXPECT_EQ(table.clips(1).evaluations(), 1);
+}
+
+TEST(Curriculum, HasNoBinsForAClipThatIsLeftOut) {
+  v1::MotionLibrary library = MakeLibrary();
+  library.mutable_clips(0)->set_left_out(true);
+  auto curriculum = MakeAdaptive(library);
+
+  curriculum->RecordEvaluation({MakeResult(0, 0, 20, 3)}, 1);
+  curriculum->Record(MakeEpisode(0, 0, 3, true), 1);
+  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
+  curriculum->Reweigh();
+
+  const v1::CurriculumTable& table = curriculum->table();
+  ASSERT_EQ(table.bins_size(), 1);
+  EXPECT_EQ(table.bins(0).clip(), 1);
+  EXPECT_EQ(table.bins(0).visits(), 1);
+  EXPECT_DOUBLE_EQ(table.bins(0).probability(), 1);
+  EXPECT_TRUE(table.clips(0).left_out());
+  EXPECT_EQ(table.clips(0).failed_evaluations(), 1);
+}
+
+// Some random episodes and, at times, an evaluation.
+void RunIteration(Curriculum& curriculum, uint64_t iteration) {
+  const RandomKey key{.seed = 5, .environment = iteration};
+  for (uint64_t e = 0; e < 8; ++e) {
+    const int clip = static_cast<int>(UniformInt(key, 2, 4 * e));
+    const auto start = static_cast<int>(UniformInt(key, 10, 4 * e + 1));
+    const auto steps = static_cast<int>(1 + UniformInt(key, 80, 4 * e + 2));
+    curriculum.Record(
+        MakeEpisode(clip, start, clip == 0 ? steps : 1 + steps % (10 - start),
+                    Uniform(key, 4 * e + 3) < 0.5),
+        static_cast<int64_t>(iteration));
+  }
+  if (iteration % 5 == 0) {
+    const auto failed_at = static_cast<int>(iteration % 3) - 1;
+    curriculum.RecordEvaluation(
+        {MakeResult(0, 0, 60, failed_at > 0 ? failed_at : -1),
+         MakeResult(1, 0, 10, -1)},
+        static_cast<int64_t>(iteration));
+  }
+  curriculum.Reweigh();
+}
+
+TEST(Curriculum, GoesOnBitForBitWhereItWasRestored) {
+  auto whole = MakeAdaptive(MakeLibrary());
+  for (uint64_t k = 0; k < 20; ++k) RunIteration(*whole, k);
+  auto resumed = MakeAdaptive(MakeLibrary());
+  ASSERT_THAT(resumed->Restore(whole->table()), IsOk());
+
+  for (uint64_t k = 20; k < 40; ++k) {
+    RunIteration(*whole, k);
+    RunIteration(*resumed, k);
+  }
+
+  EXPECT_EQ(resumed->table().SerializeAsString(),
+            whole->table().SerializeAsString());
+  for (const auto& bin : whole->table().bins()) {
+    EXPECT_GT(bin.recent_passages(), 0);
+    EXPECT_GE(bin.recent_failures(), 0);
+    EXPECT_LE(bin.recent_failures(), bin.recent_passages());
+  }
+  EXPECT_NEAR(TotalProbability(whole->table()), 1, 1e-12);
+}
+
+TEST(Curriculum, RestoresATableFromBeforeClipsWereRemembered) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
+  v1::CurriculumTable old = curriculum->table();
+  old.clear_clips();
+  auto other = MakeAdaptive(MakeLibrary());
+
+  ASSERT_THAT(other->Restore(old), IsOk());
+
+  EXPECT_EQ(other->table().bins(3).visits(), 1);
+  EXPECT_EQ(other->table().clips_size(), 2);
+}
+
+TEST(Curriculum, RefusesATableOfOtherClips) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  v1::CurriculumTable table = curriculum->table();
+  table.mutable_clips(1)->set_name("twice");
+  v1::CurriculumTable shorter = curriculum->table();
+  shorter.mutable_clips()->RemoveLast();
+
+  EXPECT_THAT(curriculum->Restore(table),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("clip 1: expected once, found twice")));
+  EXPECT_THAT(curriculum->Restore(shorter),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected 2 clips, found 1")));
+}
+
+// Another library: "once", changed; "new"; "loop", as it was.
+v1::MotionLibrary MakeOtherLibrary() {
+  v1::MotionLibrary library;
+  library.set_frames_per_second(10);
+  *library.add_clips() = MakeLibrary().clips(1);
+  auto& added = *library.add_clips();
+  added.set_name("new");
+  added.set_num_frames(11);
+  *library.add_clips() = MakeLibrary().clips(0);
+  return library;
+}
+
+TEST(Curriculum, AdoptsTheStatisticsOfUnchangedClips) {
+  auto before = MakeAdaptive(MakeLibrary(), {"a", "b"});
+  before->Record(MakeEpisode(0, 2, 20, true), 3);
+  before->Record(MakeEpisode(1, 0, 3, true), 4);
+  before->RecordEvaluation({MakeResult(0, 0, 20, 3)}, 5);
+  before->Reweigh();
+  auto after = MakeAdaptive(MakeOtherLibrary(), {"changed", "c", "a"});
+
+  EXPECT_EQ(after->Adopt(before->table()), 1);
+
+  const v1::CurriculumTable& table = after->table();
+  ASSERT_EQ(table.bins_size(), 5);  // once, new, loop, loop, loop
+  EXPECT_EQ(table.bins(0).visits(), 0);
+  EXPECT_EQ(table.bins(1).visits(), 0);
+  EXPECT_EQ(table.bins(2).visits(), 1);
+  EXPECT_EQ(table.bins(2).clip(), 2);
+  EXPECT_EQ(table.bins(4).failures(), 1);
+  EXPECT_EQ(table.bins(4).recent_failures(),
+            before->table().bins(2).recent_failures());
+  EXPECT_EQ(table.clips(2).failed_evaluations(), 1);
+  EXPECT_EQ(table.clips(0).evaluations(), 0);
+  EXPECT_NEAR(TotalProbability(table), 1, 1e-12);
+}
+
+TEST(Curriculum, AdoptsEvaluationsOfAClipThatIsNowLeftOut) {
+  auto before = MakeAdaptive(MakeLibrary(), {"a", "b"});
+  before->RecordEvaluation({MakeResult(0, 0, 20, 3)}, 5);
+  v1::MotionLibrary library = MakeLibrary();
+  library.mutable_clips(0)->set_left_out(true);
+  auto after = MakeAdaptive(library, {"a", "b"});
+  auto again = MakeAdaptive(MakeLibrary(), {"a", "b"});
+
+  EXPECT_EQ(after->Adopt(before->table()), 2);
+  EXPECT_EQ(again->Adopt(after->table()), 2);
+
+  EXPECT_TRUE(after->table().clips(0).left_out());
+  EXPECT_EQ(after->table().clips(0).failed_evaluations(), 1);
+  EXPECT_FALSE(again->table().clips(0).left_out());
+  EXPECT_EQ(again->table().bins(0).visits(), 0);
+}
+
+TEST(Curriculum, AdoptsNothingWithoutDigests) {
+  auto before = MakeAdaptive(MakeLibrary());
+  auto after = MakeAdaptive(MakeLibrary());
+
+  EXPECT_EQ(after->Adopt(before->table()), 0);
+  EXPECT_EQ(after->Adopt(v1::CurriculumTable()), 0);
+}
+
+TEST(Curriculum, RefusesALibraryWithNothingToTrainOn) {
+  v1::MotionLibrary library = MakeLibrary();
+  for (auto& clip : *library.mutable_clips()) clip.set_left_out(true);
+
+  EXPECT_THAT(Curriculum::Create(v1::Start(), library),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("not left out of training, found none in 2")));
+  EXPECT_THAT(Curriculum::Create(v1::Start(), MakeLibrary(), {"one"}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("a digest for each of 2 clips, found 1")));
 }
 
 TEST(Curriculum, RefusesALibraryWithoutClips) {

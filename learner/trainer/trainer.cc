@@ -28,8 +28,8 @@ double CoreSeconds(const v1::StageSeconds& seconds) {
 }
 
 // Sums what the segments say into the report.
-void Summarise(const std::vector<v1::Segment>& segments,
-               IterationReport& report) {
+void SummariseSegments(const std::vector<v1::Segment>& segments,
+                       IterationReport& report) {
   v1::StageSeconds& total = report.rollout_seconds;
   double steps = 0;
   report.segments = static_cast<int64_t>(segments.size());
@@ -75,7 +75,8 @@ absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
   SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<Curriculum> curriculum,
-      Curriculum::Create(recipe.task().start(), options.library));
+      Curriculum::Create(recipe.task().start(), options.library,
+                         options.clip_sha256));
   OrderPlanner::Options plan;
   plan.run_id = options.run_id;
   plan.assets_sha256 = options.assets_sha256;
@@ -142,11 +143,10 @@ absl::Status Trainer::Absorb(const std::vector<v1::Segment>& segments) {
   SINEW_RETURN_IF_ERROR(planner_.Absorb(open_orders_, segments));
   open_orders_.clear();
   for (const v1::Segment& segment : segments) {
-    curriculum_->Record(std::vector<v1::EpisodeEnd>(segment.episodes().begin(),
-                                                    segment.episodes().end()),
-                        iteration_);
+    for (const v1::EpisodeEnd& episode : segment.episodes()) {
+      curriculum_->Record(episode, iteration_);
+    }
   }
-  curriculum_->Reweigh();
   return absl::OkStatus();
 }
 
@@ -159,7 +159,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   // From here on nothing waits for others; a failure is fatal.
   at_rest_ = false;
   SINEW_RETURN_IF_ERROR(Absorb(collected.training));
-  Summarise(collected.training, report);
+  SummariseSegments(collected.training, report);
   if (options_.recipe.rollouts().max_policy_lag() > 0) {
     SINEW_RETURN_IF_ERROR(BeginTraining(iteration_ + 1));
   }
@@ -173,6 +173,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   report.learn_seconds = SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();
   FinishEvaluations(collected.evaluation, report);
+  curriculum_->Reweigh();
   ++iteration_;
   samples_ += report.update.samples;
   if (report.evaluation) ObserveEvaluation(*report.evaluation);
@@ -185,6 +186,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   report.iteration = iteration_;
   report.samples = samples_;
   report.policy_version = snapshots_.back().snapshot.version();
+  report.curriculum = Summarise(curriculum_->table(), curriculum_->rule());
   return report;
 }
 
@@ -199,17 +201,20 @@ void Trainer::FinishEvaluations(const std::vector<v1::Segment>& segments,
                      segments[first].results().end());
       report.evaluation_core_seconds += CoreSeconds(segments[first].seconds());
     }
-    report.evaluation = SummariseEvaluation(results);
+    report.evaluation =
+        SummariseEvaluation(results, LeftOutClips(options_.library));
     report.evaluated_iteration = pending_.front().begun_iteration();
+    curriculum_->RecordEvaluation(results, report.evaluated_iteration);
     pending_.pop_front();
   }
 }
 
 void Trainer::ObserveEvaluation(const EvaluationSummary& evaluation) {
-  const SetSummary& overall = evaluation.overall;
-  annealer_.Observe(static_cast<double>(overall.succeeded_starts) /
-                        std::max(1, overall.starts),
-                    overall.survived_share, samples_);
+  // What is left out decides nothing.
+  const SetSummary& training = evaluation.training;
+  annealer_.Observe(static_cast<double>(training.succeeded_starts) /
+                        std::max(1, training.starts),
+                    training.survived_share, samples_);
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {

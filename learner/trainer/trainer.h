@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "common/evaluation/evaluation_summary.h"
 #include "learner/curriculum/curriculum.h"
+#include "learner/curriculum/curriculum_summary.h"
 #include "learner/ppo/ppo_learner.h"
 #include "learner/trainer/annealer.h"
 #include "learner/trainer/experience.h"
@@ -46,6 +47,7 @@ struct IterationReport {
   // An evaluation that took effect after this iteration.
   std::optional<EvaluationSummary> evaluation;
   int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
+  CurriculumSummary curriculum;      // of the newest snapshot
 };
 
 // The training loop without files, sockets or flags: plans orders, takes
@@ -56,8 +58,9 @@ struct IterationReport {
 //     2. take their segments, and those of the evaluations begun at
 //        k + 1 - delay; absorb end states and episodes
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
-//     4. update -> weights -> snapshot k + 1
-//     5. the evaluations that were taken take effect
+//     4. update -> weights
+//     5. the evaluations that were taken take effect, on the curriculum too;
+//        start probabilities are made anew -> snapshot k + 1
 //     6. if due, an evaluation of snapshot k + 1 begins
 //
 // Deterministic: state and recipe give the same bits whatever runs the orders.
@@ -71,6 +74,9 @@ class Trainer {
   struct Options {
     v1::Recipe recipe;          // defaults filled
     v1::MotionLibrary library;  // manifest
+    // Digests of its clips (sim/motion/clip_digest.h), or empty: no clip will
+    // be recognised in another library then.
+    std::vector<std::string> clip_sha256 = {};
     std::string run_id;
     std::string assets_sha256;
     std::string layout_sha256;
@@ -110,6 +116,13 @@ class Trainer {
   // INVALID_ARGUMENT naming what differs (recipe, assets, environments, a
   // snapshot's digest).
   absl::Status Restore(const State& state);
+  // The same for the state of a run with the same recipe and character but
+  // another library. Weights, optimisers and counters go on; so does what the
+  // curriculum knows of unchanged clips, whose number is returned. Episodes
+  // under way, orders and evaluations that are out belong to the old library:
+  // environments begin new episodes. That the character is the same, the caller
+  // must know.
+  absl::StatusOr<int> Migrate(const State& state);
 
  private:
   Trainer(Options options, std::unique_ptr<PpoLearner> learner,
@@ -131,6 +144,8 @@ class Trainer {
   void ObserveEvaluation(const EvaluationSummary& evaluation);
   absl::Status BeginEvaluationIfDue();
   absl::Status BeginAgain();
+  // Learner, annealer and counters.
+  absl::Status RestoreLearning(const State& state);
 
   const Options options_;
   std::unique_ptr<PpoLearner> learner_;

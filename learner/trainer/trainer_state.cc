@@ -28,9 +28,9 @@ std::string RecipeSha256(const v1::Recipe& recipe) {
   return Sha256Hex(PrintRecipe(recipe));
 }
 
-// Whether the state was written by a run of these options.
-absl::Status CheckIdentity(const Trainer::Options& options,
-                           const v1::TrainingState& state) {
+// Whether the state is of this format and this recipe.
+absl::Status CheckRecipe(const Trainer::Options& options,
+                         const v1::TrainingState& state) {
   if (state.format_version() != kFormatVersion) {
     return Differs("format_version", absl::StrCat(kFormatVersion),
                    absl::StrCat(state.format_version()));
@@ -40,6 +40,13 @@ absl::Status CheckIdentity(const Trainer::Options& options,
     return Differs("recipe (it has changed since the run began): SHA-256",
                    state.recipe_sha256(), recipe);
   }
+  return absl::OkStatus();
+}
+
+// Whether the state was written by a run of these options.
+absl::Status CheckIdentity(const Trainer::Options& options,
+                           const v1::TrainingState& state) {
+  SINEW_RETURN_IF_ERROR(CheckRecipe(options, state));
   if (state.assets_sha256() != options.assets_sha256) {
     return Differs(
         "assets (character or motions have changed since the run began): "
@@ -124,18 +131,44 @@ absl::Status Trainer::Restore(const State& state) {
       std::vector<v1::EnvironmentState>(counters.environments().begin(),
                                         counters.environments().end()),
       counters.next_order_id()));
-  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
-  annealer_.Restore(counters.anneal());
-  iteration_ = counters.iteration();
-  samples_ = counters.samples();
-  learner_->SetFactors(annealer_.StdFactor(samples_),
-                       annealer_.LearningRateFactor(samples_));
+  SINEW_RETURN_IF_ERROR(RestoreLearning(state));
   snapshots_ = std::move(snapshots);
   open_orders_.assign(counters.open_orders().begin(),
                       counters.open_orders().end());
   pending_.assign(counters.pending_evaluations().begin(),
                   counters.pending_evaluations().end());
   return BeginAgain();
+}
+
+absl::Status Trainer::RestoreLearning(const State& state) {
+  const v1::TrainingState& counters = state.counters;
+  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
+  annealer_.Restore(counters.anneal());
+  iteration_ = counters.iteration();
+  samples_ = counters.samples();
+  learner_->SetFactors(annealer_.StdFactor(samples_),
+                       annealer_.LearningRateFactor(samples_));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> Trainer::Migrate(const State& state) {
+  const v1::TrainingState& counters = state.counters;
+  SINEW_RETURN_IF_ERROR(CheckRecipe(options_, counters));
+  std::vector<v1::EnvironmentState> environments;
+  for (const v1::EnvironmentState& old : counters.environments()) {
+    // The next episode, so that no random number is drawn twice.
+    environments.emplace_back().set_episode(old.episode() +
+                                            (old.physics().empty() ? 0 : 1));
+  }
+  SINEW_RETURN_IF_ERROR(
+      planner_.Restore(environments, counters.next_order_id()));
+  SINEW_RETURN_IF_ERROR(RestoreLearning(state));
+  const int adopted = curriculum_->Adopt(counters.curriculum());
+  snapshots_.clear();
+  open_orders_.clear();
+  pending_.clear();
+  SINEW_RETURN_IF_ERROR(PublishSnapshot());
+  return adopted;
 }
 
 // What was out is run again: a rollout is a pure function.

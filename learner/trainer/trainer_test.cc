@@ -9,14 +9,13 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
-#include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
 #include "learner/trainer/testing/fake_experience.h"
+#include "learner/trainer/testing/trainer_rig.h"
 
 namespace sinew::learner {
 namespace {
@@ -26,91 +25,6 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-const SyntheticProblem kProblem;
-
-// 2 orders of 4 environments, 8 steps; evaluations of 3 starts at every second
-// iteration.
-v1::Recipe MakeRecipe(const std::string& overrides = "") {
-  v1::Recipe recipe;
-  const std::string text = absl::StrCat(
-      R"pb(
-        format_version: 1
-        name: "fake"
-        seed: 7
-        network {
-          policy_hidden: [ 8 ]
-          value_hidden: [ 8 ]
-          initial_std: 0.3
-        }
-        rollouts { environments: 8 horizon: 8 environments_per_order: 4 }
-        ppo {
-          minibatch: 32
-          anneal { success_share: 1 samples: 1000 std_factor: 0.5 }
-        }
-        evaluation { interval: 2 starts: 3 seconds: 1 }
-      )pb",
-      overrides);
-  EXPECT_TRUE(google::protobuf::TextFormat::MergeFromString(text, &recipe));
-  return WithDefaults(recipe);
-}
-
-const char kLagOne[] = "rollouts { max_policy_lag: 1 } evaluation { delay: 2 }";
-
-v1::MotionLibrary MakeLibrary() {
-  v1::MotionLibrary library;
-  library.set_frames_per_second(30);
-  v1::ClipInfo& clip = *library.add_clips();
-  clip.set_name("walk");
-  clip.set_num_frames(40);
-  clip.set_loops(true);
-  return library;
-}
-
-// A trainer with its experience.
-struct Rig {
-  explicit Rig(const v1::Recipe& recipe, int ranks = 1,
-               const std::string& assets = "assets")
-      : experience(kProblem) {
-    // Evaluations succeed once the third snapshot acts.
-    experience.success_version = 3;
-    auto learner = PpoLearner::Create(
-        recipe,
-        {.observation_width = static_cast<int>(kProblem.observation_width),
-         .action_width = static_cast<int>(kProblem.action_width),
-         .ranks = ranks});
-    EXPECT_THAT(learner, IsOk());
-    auto created = Trainer::Create({.recipe = recipe,
-                                    .library = MakeLibrary(),
-                                    .run_id = MakeRunId(recipe, assets),
-                                    .assets_sha256 = assets,
-                                    .layout_sha256 = "layout"},
-                                   *std::move(learner), experience);
-    EXPECT_THAT(created, IsOk());
-    trainer = *std::move(created);
-  }
-
-  IterationReport Iterate(int times = 1) {
-    IterationReport report;
-    for (int i = 0; i < times; ++i) {
-      auto result = trainer->RunIteration();
-      EXPECT_THAT(result, IsOk());
-      if (result.ok()) report = *std::move(result);
-    }
-    return report;
-  }
-
-  FakeExperience experience;
-  std::unique_ptr<Trainer> trainer;
-};
-
-// Digest of all bits of a state.
-std::string Bits(const Trainer::State& state) {
-  std::string all = SerializeDeterministically(state.counters) +
-                    SerializeSafetensors(state.tensors);
-  for (const std::string& bytes : state.snapshots) all += Sha256Hex(bytes);
-  return Sha256Hex(all);
-}
 
 TEST(Trainer, CollectsThenLearnsUnderLagZero) {
   Rig run(MakeRecipe());
@@ -243,28 +157,6 @@ TEST(Trainer, ReportsWhatTheSegmentsSay) {
   EXPECT_EQ(second.rollout_seconds.simulate(), 0.5);
 }
 
-TEST(Trainer, SnapshotsCarryTheStartTable) {
-  for (const bool bins : {false, true}) {
-    Rig run(MakeRecipe(absl::StrCat(
-        "task { start { rule: ", bins ? "RULE_BINS" : "RULE_UNIFORM",
-        " bin_seconds: 0.5 } }")));
-
-    run.Iterate(4);
-
-    // Bins of 15 frames of 40: episodes begin and fail in the first.
-    const v1::CurriculumTable& table =
-        run.trainer->snapshot().snapshot.curriculum();
-    ASSERT_EQ(table.bins_size(), 3);
-    EXPECT_EQ(table.bins(0).visits(), 32);
-    EXPECT_GT(table.bins(0).failures(), 0);
-    if (bins) {
-      EXPECT_NE(table.bins(0).probability(), 15.0 / 40);
-    } else {
-      EXPECT_DOUBLE_EQ(table.bins(0).probability(), 15.0 / 40);
-    }
-  }
-}
-
 class TrainerResume : public ::testing::TestWithParam<const char*> {};
 
 // Evaluations are pending at 2 and 4, and under lag 1 at 3 and 5, too.
@@ -325,13 +217,20 @@ TEST_P(TrainerResume, AFailedTakeLeavesAStateToSaveOrToGoOnFrom) {
 }
 
 std::string LagName(const ::testing::TestParamInfo<const char*>& info) {
-  constexpr const char* kNames[] = {"LagZero", "LagZeroDelayTwo", "LagOne"};
+  constexpr const char* kNames[] = {"LagZero", "LagZeroDelayTwo", "LagOne",
+                                    "AdaptiveBins", "PhcSoftLagOne"};
   return kNames[info.index];
 }
 
+const char kAdaptive[] =
+    "task { start { rule: RULE_ADAPTIVE_BINS bin_seconds: 0.3 } }";
+const char kPhcSoftLagOne[] =
+    "task { start { rule: RULE_PHC_SOFT bin_seconds: 0.3 } } "
+    "rollouts { max_policy_lag: 1 } evaluation { delay: 2 }";
+
 INSTANTIATE_TEST_SUITE_P(Lags, TrainerResume,
                          ::testing::Values("", "evaluation { delay: 2 }",
-                                           kLagOne),
+                                           kLagOne, kAdaptive, kPhcSoftLagOne),
                          LagName);
 
 TEST(Trainer, RefusesTheStateOfAnotherRecipeOrOfOtherAssets) {

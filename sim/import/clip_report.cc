@@ -74,6 +74,7 @@ void AddMeasurements(const ClipReport& report, Json* clip) {
   (*clip)["frames"] = info.num_frames();
   (*clip)["loops"] = info.loops();
   (*clip)["trial"] = info.trial();
+  (*clip)["left_out"] = info.left_out();
   (*clip)["retiming"] = Number(report.retiming);
   (*clip)["supported_percent"] = Number(100 * report.supported_share);
   (*clip)["source"] = SourceJson(info.source());

@@ -50,7 +50,8 @@ struct ClipReport {
 //      "file", "name", "status": "ok" | "warned" | "rejected", "reason",
 //      "warnings": [...], "findings": [...],          of the gate, as sentences
 //      and, of a clip that was measured:
-//      "seconds", "frames", "loops", "trial", "retiming", "supported_percent",
+//      "seconds", "frames", "loops", "trial", "left_out" (of training),
+//      "retiming", "supported_percent",
 //      "source": {"format", "frames_per_second", "metres_per_unit", "up_axis",
 //                 "quaternion_order", "map", "concluded": [...]},
 //      "blend": {"file", "trial", "gap_seconds", "source"},   of a blend

@@ -18,6 +18,7 @@
 #include "sim/import/detect_format.h"
 #include "sim/import/import_clip.h"
 #include "sim/import/retarget/retarget.h"
+#include "sim/motion/split.h"
 
 namespace sinew::import {
 namespace {
@@ -158,6 +159,7 @@ void Dress(const ImportContext& context, const ImportJob& job,
     next.set_source_sha256(job.next->sha256);
     next.set_trial(TrialName(job.next->path));
   }
+  info.set_left_out(motion::IsLeftOut(info, context.options.left_out_share));
   info.set_provenance(context.options.provenance);
   info.set_licence(context.options.licence);
 }

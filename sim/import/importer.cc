@@ -35,6 +35,11 @@ absl::Status Check(const ImportOptions& options, const ImportModel& model,
         "rate: expected > 0 and at most 1000 frames per second, found ",
         options.rate));
   }
+  if (!(options.left_out_share >= 0 && options.left_out_share <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("left-out share: expected within [0, 1], found ",
+                     options.left_out_share));
+  }
   if (options.threads < 0) {
     return absl::InvalidArgumentError(absl::StrCat(
         "threads: expected 0 (all) or more, found ", options.threads));
@@ -161,6 +166,8 @@ std::string OutcomeDigest(const std::string& options_sha256,
                      StatusName(report.verdict.status), report.verdict.reason,
                      report.info.provenance(), report.info.licence(),
                      report.info.trial(), report.warnings});
+    // Only where it holds: libraries of before are still what they were.
+    if (report.info.left_out()) clips.back().push_back("left out");
   }
   return Sha256Hex(absl::StrCat(options_sha256, Dump(clips)));
 }

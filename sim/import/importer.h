@@ -52,6 +52,9 @@ struct ImportOptions {
   // Clips that are made of two files each; those files are clips of their own
   // only if they are among the files as well.
   std::vector<BlendedFiles> blends = {};
+  // Share of the recordings that is left out of training, [0, 1]
+  // (sim/motion/split.h).
+  double left_out_share = 0;
   // Measure and report, but leave the library as it is.
   bool report_only = false;
   // Threads; 0: all processors that this process may use.

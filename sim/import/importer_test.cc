@@ -79,6 +79,30 @@ TEST_F(ImporterTest, RefusesARateOutOfRange) {
                HasSubstr("rate: expected > 0")));
 }
 
+TEST_F(ImporterTest, LeavesOutRecordingsWithTheirMirrorImages) {
+  const std::string file = WriteTestFile("march.txt", testing::MarchJson());
+  EXPECT_FALSE(Import({file}, "none")->clip(0).left_out());
+  options_.edits.mirror = true;
+  options_.left_out_share = 1;
+
+  const auto library = Import({file}, "split");
+
+  ASSERT_EQ(library->num_clips(), 2);
+  EXPECT_TRUE(library->clip(0).left_out());
+  EXPECT_TRUE(library->clip(1).left_out());
+  EXPECT_EQ(ReportOf("split")["clips"][1]["left_out"], true);
+
+  options_.left_out_share = 0;
+  EXPECT_FALSE(Import({file}, "split")->clip(1).left_out());
+
+  options_.left_out_share = 1.5;
+  EXPECT_THAT(
+      ImportFiles(*character_, {file}, options_, TestPath("share"), &reports_),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("left-out share: expected within [0, 1], "
+                         "found 1.5")));
+}
+
 TEST_F(ImporterTest, RejectsWhatNoBodyCouldDoNamingFigureAndLimit) {
   ASSERT_NE(JumpingJson(), testing::MarchJson());
   Import({WriteTestFile("march.txt", testing::MarchJson()),

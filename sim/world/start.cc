@@ -10,8 +10,8 @@
 namespace sinew::world {
 namespace {
 
-// Indices of the draws under one key.
-enum DrawIndex : uint64_t { kMixture = 0, kBin = 1, kFrame = 2 };
+// Indices of the draws under one key; 0 was used once.
+enum DrawIndex : uint64_t { kBin = 1, kFrame = 2 };
 
 absl::Status CheckBin(const motion::Library& library,
                       const v1::CurriculumTable::Bin& bin, int index) {
@@ -28,6 +28,11 @@ absl::Status CheckBin(const motion::Library& library,
         "curriculum.bins[", index, "]: expected frames within 0 to ",
         clip.num_frames(), " of clip ", clip.name(), " with one to start at, ",
         "found ", bin.first_frame(), " to ", end));
+  }
+  if (clip.left_out()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "curriculum.bins[", index, "].clip: expected one to train on, found ",
+        clip.name(), ", which is left out"));
   }
   if (!(bin.probability() >= 0)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -49,11 +54,19 @@ absl::StatusOr<StartTable> StartTable::Create(
   StartTable table;
   int64_t end = 0;
   for (int c = 0; c < library.num_clips(); ++c) {
-    end += NumStartFrames(library.clip(c));
+    const v1::ClipInfo& clip = library.clip(c);
+    end += clip.left_out() ? 0 : NumStartFrames(clip);
     table.ends_.push_back(end);
   }
-  if (recipe.rule() == v1::Start::RULE_BINS && curriculum.bins_size() > 0) {
-    table.uniform_share_ = recipe.uniform_share();
+  if (end == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("motion library: expected at least one clip that is not "
+                     "left out of training, found none in ",
+                     library.num_clips()));
+  }
+  const bool uniform = recipe.rule() == v1::Start::RULE_UNSPECIFIED ||
+                       recipe.rule() == v1::Start::RULE_UNIFORM;
+  if (!uniform && curriculum.bins_size() > 0) {
     SINEW_RETURN_IF_ERROR(table.AddBins(library, curriculum));
   }
   return table;
@@ -90,7 +103,7 @@ StartFrame StartTable::Draw(uint64_t seed, uint64_t environment,
                       .episode = episode,
                       .step = 0,
                       .purpose = RandomPurpose::kStart};
-  if (bins_.empty() || Uniform(key, kMixture) < uniform_share_) {
+  if (bins_.empty()) {
     const auto index = static_cast<int64_t>(
         UniformInt(key, static_cast<uint64_t>(num_frames()), kFrame));
     const auto clip = std::upper_bound(ends_.begin(), ends_.end(), index);

@@ -20,16 +20,17 @@ struct StartFrame {
 // Where episodes start: a distribution over the frames of a library.
 //
 // Every frame of every clip can be drawn that has a successor (all frames of a
-// looping clip, all but the last of others).
+// looping clip, all but the last of others), but for clips that are left out of
+// training.
 //   UNIFORM  all of them alike;
-//   BINS     with probability uniform_share as above, else a bin by the
-//            curriculum's probabilities, then a frame of the bin uniformly. A
-//            curriculum without bins means uniform.
+//   others   a bin by the curriculum's probabilities, which the learner's rule
+//            has set, then a frame of the bin uniformly. A curriculum without
+//            bins means uniform.
 //
 // Thread-safety: immutable. Ownership: copies what it needs. Blocking: never;
-// Draw does not allocate (binary searches). Errors: Create refuses bins that
-// lie outside their clip or whose probabilities do not sum to 1, naming bin,
-// expected and found.
+// Draw does not allocate (binary searches). Errors: Create refuses a library of
+// left-out clips alone, and bins that lie outside their clip, are of a left-out
+// one, or whose probabilities do not sum to 1, naming bin, expected and found.
 class StartTable {
  public:
   static absl::StatusOr<StartTable> Create(
@@ -51,7 +52,6 @@ class StartTable {
   absl::Status AddBins(const motion::Library& library,
                        const v1::CurriculumTable& curriculum);
 
-  double uniform_share_ = 1;
   std::vector<int64_t> ends_;  // cumulative startable frames, per clip
   std::vector<Bin> bins_;
 };

@@ -1,12 +1,17 @@
 #include "sim/world/start.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <map>
+#include <string>
 #include <utility>
 
+#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "proto/sinew/v1/motion.pb.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::world {
@@ -28,6 +33,22 @@ class StartTableTest : public ::testing::Test {
     bin->set_num_frames(frames);
     bin->set_probability(probability);
     return bin;
+  }
+  // The toy's library with these clips left out of training.
+  void LeaveOut(std::initializer_list<int> clips) {
+    v1::MotionLibrary manifest = toy_.library->manifest();
+    for (const int clip : clips) {
+      manifest.mutable_clips(clip)->set_left_out(true);
+    }
+    std::string json;
+    ASSERT_TRUE(
+        google::protobuf::util::MessageToJsonString(manifest, &json).ok());
+    const auto frames =
+        ReadFile(JoinPath(toy_.library_folder, "frames.safetensors"));
+    ASSERT_TRUE(frames.ok()) << frames.status();
+    auto library = motion::Library::FromBytes(json, *frames, "toy");
+    ASSERT_TRUE(library.ok()) << library.status();
+    toy_.library = *std::move(library);
   }
   absl::StatusOr<StartTable> Create() {
     return StartTable::Create(recipe_, *toy_.library, curriculum_);
@@ -76,23 +97,53 @@ TEST_F(StartTableTest, IsAFunctionOfItsArguments) {
   EXPECT_LT(same, 20);
 }
 
-TEST_F(StartTableTest, DrawsBinsByTheirProbabilityAboveAUniformShare) {
-  recipe_.set_rule(v1::Start::RULE_BINS);
-  recipe_.set_uniform_share(0.1);
+TEST_F(StartTableTest, DrawsBinsByTheirProbabilityUnderEveryOtherRule) {
   AddBin(0, 0, 12, 0.75);
   AddBin(1, 10, 10, 0.25);  // its last frame cannot be started at
   AddBin(2, 0, 16, 0);
+  for (const auto rule :
+       {v1::Start::RULE_BINS, v1::Start::RULE_PHC_SOFT,
+        v1::Start::RULE_PHC_HARD, v1::Start::RULE_ADAPTIVE_BINS}) {
+    recipe_.set_rule(rule);
+    recipe_.set_uniform_share(0.1);  // the learner has mixed it in
+    const auto table = Create();
+    ASSERT_TRUE(table.ok()) << table.status();
+
+    const auto shares = Shares(*table, 100000);
+
+    EXPECT_EQ(shares.size(), 12u + 9u);
+    EXPECT_NEAR(shares.at({0, 3}), 0.75 / 12, 0.004);
+    EXPECT_NEAR(shares.at({1, 18}), 0.25 / 9, 0.004);
+    EXPECT_EQ(shares.count({0, 20}), 0u);
+    EXPECT_EQ(shares.count({1, 19}), 0u);
+  }
+}
+
+TEST_F(StartTableTest, NeverDrawsFromALeftOutClip) {
+  LeaveOut({1});
   const auto table = Create();
   ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->num_frames(), 24 + 15);
 
-  const auto shares = Shares(*table, 100000);
+  const auto shares = Shares(*table, 20000);
 
-  const double floor = 0.1 / kStartable;
-  EXPECT_NEAR(shares.at({0, 3}), floor + 0.9 * 0.75 / 12, 0.004);
-  EXPECT_NEAR(shares.at({0, 20}), floor, 0.001);
-  EXPECT_NEAR(shares.at({1, 18}), floor + 0.9 * 0.25 / 9, 0.004);
-  EXPECT_NEAR(shares.at({2, 4}), floor, 0.001);
-  EXPECT_EQ(shares.count({1, 19}), 0u);
+  EXPECT_EQ(shares.size(), 24u + 15u);
+  EXPECT_EQ(shares.count({1, 0}), 0u);
+  EXPECT_EQ(shares.count({2, 14}), 1u);
+}
+
+TEST_F(StartTableTest, RefusesALibraryWithNothingToTrainOnAndLeftOutBins) {
+  LeaveOut({0});
+  recipe_.set_rule(v1::Start::RULE_BINS);
+  AddBin(0, 0, 12, 1);
+  EXPECT_THAT(Create(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("curriculum.bins[0].clip: expected one to "
+                                 "train on, found turn, which is left out")));
+  LeaveOut({1, 2});
+  EXPECT_THAT(Create(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                 HasSubstr("not left out of training, found "
+                                           "none in 3")));
 }
 
 TEST_F(StartTableTest, IsUniformWithoutBins) {

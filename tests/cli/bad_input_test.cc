@@ -125,11 +125,21 @@ TEST(BadInput, NamesALagThatCouldDeadlock) {
 }
 
 TEST(BadInput, NamesALibraryThatCannotBeRead) {
-  const Outcome outcome = Train("f", {"--recipe", "track_clip"});
+  // The recipes themselves are good.
+  for (const char* recipe : {"track_clip", "track_library"}) {
+    const Outcome outcome = Train("f", {"--recipe", recipe});
+
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.text, HasSubstr("no_library"));
+    EXPECT_FALSE(FileExists(Scratch("f")));
+  }
+}
+
+TEST(BadInput, NamesAFolderThatIsNoRun) {
+  const Outcome outcome = Sinew({"curriculum", Scratch("no_run")});
 
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.text, HasSubstr("no_library"));
-  EXPECT_FALSE(FileExists(Scratch("f")));
+  EXPECT_THAT(outcome.text, HasSubstr("no_run: expected a run directory"));
 }
 
 TEST(BadInput, NamesAClipThatCannotBeRead) {

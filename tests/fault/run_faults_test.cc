@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,56 @@ TEST(RunFaultsTest, AnotherRecipeOnAResumedRunIsRefused) {
   EXPECT_THAT(rig.Output("second"),
               AllOf(HasSubstr(rig.Path("run")), HasSubstr("ppo.epochs"),
                     HasSubstr("2 -> 3")));
+}
+
+// Leaves the toy's last clip out of training, which makes another library of
+// unchanged clips.
+void ChangeLibrary(const TrainingRig& rig) {
+  const std::string file = rig.ToyFile("library/manifest.json");
+  const auto text = ReadFile(file);
+  ASSERT_TRUE(text.ok()) << text.status();
+  auto manifest = nlohmann::json::parse(*text);
+  ASSERT_EQ(manifest["clips"].size(), 3u);
+  manifest["clips"][2]["left_out"] = true;
+  ASSERT_TRUE(WriteFileAtomically(file, manifest.dump()).ok());
+}
+
+TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
+  const TrainingRig rig;
+  rig.MustRun("run", rig.Train("run", 3));
+  const auto before = LatestState(rig.Path("run/checkpoints"));
+  const auto inputs = ReadFile(rig.Path("run/inputs/inputs.textproto"));
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  ChangeLibrary(rig);
+
+  EXPECT_EQ(rig.Run("second", rig.Train("run", 5)).code, kFailed);
+  EXPECT_THAT(rig.Output("second"),
+              AllOf(HasSubstr(rig.Path("run")), HasSubstr("motion library"),
+                    HasSubstr("--migrate-library")));
+  // Nothing of the run was touched.
+  EXPECT_EQ(rig.Rows("run"), 3);
+  const auto inputs_after = ReadFile(rig.Path("run/inputs/inputs.textproto"));
+  ASSERT_TRUE(inputs_after.ok()) << inputs_after.status();
+  EXPECT_EQ(*inputs_after, *inputs);
+
+  rig.MustRun("third", rig.Train("run", 5, {"--migrate-library"}));
+
+  const auto after = LatestState(rig.Path("run/checkpoints"));
+  EXPECT_EQ(after.counters.iteration(), 5);
+  EXPECT_EQ(rig.Rows("run"), 5);
+  EXPECT_GT(after.counters.samples(), before.counters.samples());
+  const auto& old_table = before.counters.curriculum();
+  const auto& table = after.counters.curriculum();
+  ASSERT_EQ(table.clips_size(), 3);
+  EXPECT_TRUE(table.clips(2).left_out());
+  EXPECT_EQ(table.clips(2).sha256(), old_table.clips(2).sha256());
+  EXPECT_GE(table.clips(0).evaluations(), old_table.clips(0).evaluations());
+  for (int b = 0; b < table.bins_size(); ++b) {
+    EXPECT_LT(table.bins(b).clip(), 2);
+    EXPECT_GE(table.bins(b).visits(), old_table.bins(b).visits());
+  }
+  // From here on it is the run's library.
+  rig.MustRun("fourth", rig.Train("run", 6));
 }
 
 TEST(RunFaultsTest, APortInUseIsNamed) {

@@ -72,8 +72,9 @@ absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
   SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationResult> zero,
                          RunStarts(subject.assets, *subject.zero_action, starts,
                                    options.threads, stop));
-  return Evaluation{.policy = SummariseEvaluation(results),
-                    .zero_action = SummariseEvaluation(zero),
+  const std::vector<bool> left_out = LeftOutClips(subject.library().manifest());
+  return Evaluation{.policy = SummariseEvaluation(results, left_out),
+                    .zero_action = SummariseEvaluation(zero, left_out),
                     .profiles = std::move(profiles).ByClip()};
 }
 

@@ -70,6 +70,7 @@ Json Clips(const Subject& subject, const Evaluation& evaluation) {
     Json clip = {{"name", info.name()}};
     clip.update(ClipObject(summary));
     clip["loops"] = info.loops();
+    if (info.left_out()) clip["left_out"] = true;
     clip["zero_action"] = ClipObject(evaluation.zero_action.clips[i]);
     if (i < evaluation.profiles.size()) {
       clip["profile"] = ProfileObject(
@@ -110,25 +111,28 @@ std::string EvaluationJson(const Subject& subject,
                            const EvaluationSource& source,
                            const Evaluation& evaluation) {
   const motion::Library& library = subject.library();
-  const Json file = {
-      {"format_version", 1},
-      {"overall", SetObject(evaluation.policy.overall)},
-      {"successful", SetObject(evaluation.policy.successful)},
-      {"zero_action", SetObject(evaluation.zero_action.overall)},
-      {"clips", Clips(subject, evaluation)},
-      {"seconds", options.seconds},
-      {"starts_per_clip", options.starts},
-      {"frames_per_second", library.manifest().frames_per_second()},
-      {"bodies", TrackedBodyNames(subject)},
-      {"bundle",
-       {{"path", source.bundle},
-        {"manifest_sha256", source.manifest_sha256},
-        {"snapshot_sha256", subject.policy->sha256()}}},
-      {"library",
-       {{"path", source.motions},
-        {"sha256", library.digest()},
-        {"character", library.manifest().character()}}},
-      {"definitions", Definitions(subject)}};
+  Json file = {{"format_version", 1},
+               {"overall", SetObject(evaluation.policy.overall)},
+               {"successful", SetObject(evaluation.policy.successful)},
+               {"zero_action", SetObject(evaluation.zero_action.overall)},
+               {"clips", Clips(subject, evaluation)},
+               {"seconds", options.seconds},
+               {"starts_per_clip", options.starts},
+               {"frames_per_second", library.manifest().frames_per_second()},
+               {"bodies", TrackedBodyNames(subject)},
+               {"bundle",
+                {{"path", source.bundle},
+                 {"manifest_sha256", source.manifest_sha256},
+                 {"snapshot_sha256", subject.policy->sha256()}}},
+               {"library",
+                {{"path", source.motions},
+                 {"sha256", library.digest()},
+                 {"character", library.manifest().character()}}},
+               {"definitions", Definitions(subject)}};
+  if (evaluation.policy.left_out.clips > 0) {
+    file["training"] = SetObject(evaluation.policy.training);
+    file["left_out"] = SetObject(evaluation.policy.left_out);
+  }
   return file.dump(2, ' ', /*ensure_ascii=*/false,
                    Json::error_handler_t::replace) +
          "\n";

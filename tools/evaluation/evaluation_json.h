@@ -22,6 +22,9 @@ struct EvaluationSource {
 //             succeeded_starts, survived_share, frames, e_g_mpjpe_mm,
 //             e_mpjpe_mm, e_acc, e_vel, body_mm (in the order of `bodies`).
 //             Errors are null where no frame was compared.
+//   training, left_out
+//             the same of the clips that are trained on and of those that are
+//             left out; only where some are (their clips have `left_out`).
 //   clips     per clip: name, success, starts, succeeded_starts, frames,
 //             failed_at_frame, the four errors, body_mm, `zero_action` with
 //             the same fields, and for the first clips `profile`: error of

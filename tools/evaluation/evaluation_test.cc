@@ -93,6 +93,23 @@ TEST(Evaluation, WritesTheDocumentedFields) {
   EXPECT_EQ(file["bundle"]["manifest_sha256"], "m");
 }
 
+TEST(Evaluation, WritesLeftOutClipsApartWhereThereAreAny) {
+  const Subject subject = RandomSubject();
+  const EvaluationOptions options = {.starts = 1, .seconds = 0.5};
+  auto evaluation = Evaluate(subject, options, StopToken());
+  ASSERT_THAT(evaluation, IsOk());
+  const auto write = [&] {
+    return Json::parse(EvaluationJson(subject, options, {}, *evaluation));
+  };
+  EXPECT_FALSE(write().contains("training"));
+  EXPECT_FALSE(write().contains("left_out"));
+
+  evaluation->policy.left_out = evaluation->policy.overall;
+
+  EXPECT_EQ(write()["training"]["clips"], 3);
+  EXPECT_EQ(write()["left_out"]["starts"], 3);
+}
+
 TEST(Evaluation, AClipSucceedsOnlyIfAllItsStartsDo) {
   const Json file = Json::parse(
       JsonWith(RandomSubject(), {.starts = 5, .seconds = 1, .threads = 2}));

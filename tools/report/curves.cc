@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace sinew::report {
 namespace {
@@ -47,6 +48,12 @@ double RewardTerm(const Json& row, size_t term) {
   }
   return (*it)[term].get<double>();
 }
+
+// Of the object "curriculum" of a row, by their names there.
+constexpr std::array<const char*, 9> kCurriculumValues = {
+    "entropy_share",        "floor_share",  "largest_clip_share",
+    "clips_of_half",        "failure_rate", "hardest_share",
+    "hardest_failure_rate", "hard_clips",   "worst_success"};
 
 double FailShare(const Json& row) {
   const double episodes = Value(row, "episodes");
@@ -123,6 +130,30 @@ Json TrainingCurves(const std::vector<Json>& rows) {
   return columns;
 }
 
+Json CurriculumCurves(const std::vector<Json>& rows) {
+  // One bin has all the starts, always.
+  if (rows.empty() || NumberAt(rows.back(), {"curriculum", "bins"}) < 2) {
+    return Json::object();
+  }
+  Json columns = Json::object();
+  const size_t width = (rows.size() + kMaxPoints - 1) / kMaxPoints;
+  for (size_t first = 0; first < rows.size(); first += width) {
+    const Bucket bucket{rows, first, std::min(first + width, rows.size()) - 1};
+    for (const char* name : kPositions) {
+      columns[name].push_back(Number(Value(rows[bucket.last], name)));
+    }
+    for (const char* name : kCurriculumValues) {
+      columns[name].push_back(bucket.Mean([&](const Json& row) {
+        const bool known = std::string_view(name) != "worst_success" ||
+                           NumberAt(row, {"curriculum", "evaluated_clips"}) > 0;
+        return known ? NumberAt(row, {"curriculum", name}, kAbsent) : kAbsent;
+      }));
+    }
+  }
+  RemoveEmpty(&columns);
+  return columns;
+}
+
 Json EvaluationCurves(const std::vector<Json>& rows) {
   Json columns = Json::object();
   for (const Json& row : rows) {
@@ -134,6 +165,11 @@ Json EvaluationCurves(const std::vector<Json>& rows) {
     const double starts = Value(*eval, "starts");
     columns["succeeded_share"].push_back(Number(
         starts > 0 ? Value(*eval, "succeeded_starts") / starts : kAbsent));
+    const double left_out = NumberAt(*eval, {"left_out", "starts"});
+    columns["left_out_succeeded_share"].push_back(Number(
+        left_out > 0
+            ? NumberAt(*eval, {"left_out", "succeeded_starts"}) / left_out
+            : kAbsent));
     for (const char* name :
          {"survived_share", "e_g_mpjpe_mm", "e_mpjpe_mm", "e_vel", "e_acc"}) {
       columns[name].push_back(Number(Value(*eval, name)));

@@ -21,8 +21,16 @@ inline constexpr int kMaxPoints = 400;
 Json TrainingCurves(const std::vector<Json>& rows);
 
 // Evaluations as columns, all of them: iteration, wall_s, train_s, samples,
-// succeeded_share, survived_share, e_g_mpjpe_mm, e_mpjpe_mm, e_vel, e_acc.
+// succeeded_share, survived_share, e_g_mpjpe_mm, e_mpjpe_mm, e_vel, e_acc, and
+// left_out_succeeded_share where clips are left out of training.
 Json EvaluationCurves(const std::vector<Json>& rows);
+
+// Curriculum of training rows, thinned like TrainingCurves: iteration, wall_s,
+// train_s, samples; entropy_share, floor_share, largest_clip_share,
+// clips_of_half, failure_rate, hardest_share, hardest_failure_rate, hard_clips,
+// worst_success (learner/curriculum/curriculum_summary.h). Empty where there is
+// one bin alone, or none.
+Json CurriculumCurves(const std::vector<Json>& rows);
 
 }  // namespace sinew::report
 

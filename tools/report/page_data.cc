@@ -98,6 +98,15 @@ Json CoreSecondsObject(const std::vector<Json>& rows) {
           {"stages", std::move(stages)}};
 }
 
+Json Curriculum(const RunRecord& run, const PageContext& context) {
+  Json curves = CurriculumCurves(run.rows);
+  if (curves.empty()) return nullptr;
+  Json curriculum =
+      context.curriculum.is_object() ? context.curriculum : Json::object();
+  curriculum["curves"] = std::move(curves);
+  return curriculum;
+}
+
 Json Lag(const RunRecord& run) {
   std::map<int64_t, int64_t> counts;
   double reissued = 0;
@@ -187,6 +196,7 @@ Json MakePageData(const RunRecord& run, const PageContext& context) {
           {"headline", Headline(run)},
           {"training", TrainingCurves(run.rows)},
           {"evaluations", EvaluationCurves(run.rows)},
+          {"curriculum", Curriculum(run, context)},
           {"core_seconds", CoreSecondsObject(run.rows)},
           {"lag", Lag(run)},
           {"evaluation", run.evaluation},

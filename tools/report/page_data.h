@@ -14,6 +14,8 @@ struct PageContext {
   v1::MotionLibrary library;  // its manifest; no clips: unknown
   Json film;                  // film.h; null: no pictures, `film_note` why
   std::string film_note;
+  // CurriculumJson of tools/curriculum; null: there is no training state.
+  Json curriculum;
   std::string build;  // of the program that writes the report
 };
 
@@ -24,6 +26,8 @@ struct PageContext {
 //              seconds, clips, source ("eval.json" or "training"),
 //              zero_action {same}; minutes, wall_minutes, samples, iterations
 //   training, evaluations   curves.h
+//   curriculum              curves (curves.h), and what `context` has of it;
+//                           null where all episodes start in one bin
 //   core_seconds            cores, wall, total, stages[{name, what, seconds}]
 //   lag        counts {lag: iterations}, reissued
 //   evaluation eval.json as it is; film, film_note; config (text)

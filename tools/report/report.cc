@@ -2,9 +2,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/build_info.h"
+#include "common/clock.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/motion/library.h"
+#include "tools/curriculum/run_curriculum.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/subject.h"
 #include "tools/report/film.h"
@@ -14,6 +16,9 @@
 
 namespace sinew::report {
 namespace {
+
+// Clips that the page lists as the hardest.
+constexpr int kHardestClips = 20;
 
 // The library's folder: as asked for, or where the evaluation found it.
 std::string MotionsOf(const ReportOptions& options, const RunRecord& run) {
@@ -49,6 +54,14 @@ absl::Status AddFilm(const ReportOptions& options, const StopToken& stop,
   return absl::OkStatus();
 }
 
+// The curriculum of the newest training state; null: there is none.
+Json CurriculumOf(const std::string& run) {
+  const SystemClock clock;
+  const auto curriculum = tools::ReadRunCurriculum(run, clock);
+  if (!curriculum.ok()) return nullptr;
+  return tools::CurriculumJson(*curriculum, kHardestClips);
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
@@ -56,6 +69,7 @@ absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
   SINEW_ASSIGN_OR_RETURN(const RunRecord run, ReadRun(options.run));
   PageContext context;
   context.build = BuildIdentity();
+  context.curriculum = CurriculumOf(options.run);
   context.motions = MotionsOf(options, run);
   if (context.motions.empty()) {
     context.film_note = "No motion library was named.";

@@ -5,6 +5,7 @@
 #include <stb/stb_image.h>
 
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,11 +13,16 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "common/check.h"
+#include "common/clock.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/rpc/credentials.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "proto/sinew/v1/training_state.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/report/core_seconds.h"
@@ -123,6 +129,64 @@ TEST(Curves, HoldEveryEvaluation) {
   EXPECT_EQ(curves["iteration"], Json({5, 10, 15, 20}));
   EXPECT_EQ(curves["succeeded_share"], Json({0.25, 0.25, 0.25, 0.25}));
   EXPECT_FALSE(curves.contains("e_acc"));
+  EXPECT_FALSE(curves.contains("left_out_succeeded_share"));
+}
+
+TEST(Curves, HoldWhatIsLeftOutOfTraining) {
+  std::vector<Json> rows = Rows(5);
+  rows[4]["eval"]["left_out"] = {{"starts", 4}, {"succeeded_starts", 3}};
+
+  const Json curves = EvaluationCurves(rows);
+
+  ASSERT_THAT(curves["left_out_succeeded_share"], SizeIs(1));
+  EXPECT_EQ(curves["left_out_succeeded_share"][0], 0.75);
+}
+
+// Rows of a run over 8 bins, evaluated from the third row on.
+std::vector<Json> RowsWithCurriculum(int count) {
+  std::vector<Json> rows = Rows(count);
+  for (int i = 0; i < count; ++i) {
+    rows[i]["curriculum"] = {{"clips", 4},
+                             {"bins", 8},
+                             {"entropy_share", 0.9},
+                             {"floor_share", 0.1},
+                             {"hardest_share", 0.25},
+                             {"evaluated_clips", i < 2 ? 0 : 4},
+                             {"hard_clips", i < 2 ? 0 : 1},
+                             {"worst_success", i < 2 ? 0 : 0.5}};
+  }
+  return rows;
+}
+
+TEST(Curves, OfTheCurriculumAreThereWhereItHasMoreThanOneBin) {
+  const Json curves = CurriculumCurves(RowsWithCurriculum(5));
+
+  ASSERT_THAT(curves["entropy_share"], SizeIs(5));
+  EXPECT_EQ(curves["train_s"][4], 7.5);
+  EXPECT_DOUBLE_EQ(curves["hardest_share"][0].get<double>(), 0.25);
+  EXPECT_TRUE(curves["worst_success"][1].is_null());
+  EXPECT_DOUBLE_EQ(curves["worst_success"][2].get<double>(), 0.5);
+  EXPECT_FALSE(curves.contains("clips_of_half"));
+
+  std::vector<Json> single = RowsWithCurriculum(2);
+  for (Json& row : single) row["curriculum"]["bins"] = 1;
+  EXPECT_TRUE(CurriculumCurves(single).empty());
+  EXPECT_TRUE(CurriculumCurves(Rows(2)).empty());
+  EXPECT_TRUE(CurriculumCurves({}).empty());
+}
+
+TEST(PageData, HasTheCurriculumOfARunOfManyBins) {
+  RunRecord run;
+  run.rows = RowsWithCurriculum(3);
+  PageContext context;
+  context.curriculum = {{"rule", "adaptive_bins"}};
+
+  const Json curriculum = MakePageData(run, context)["curriculum"];
+  EXPECT_EQ(curriculum["rule"], "adaptive_bins");
+  EXPECT_THAT(curriculum["curves"]["entropy_share"], SizeIs(3));
+
+  run.rows = Rows(3);
+  EXPECT_TRUE(MakePageData(run, context)["curriculum"].is_null());
 }
 
 TEST(CoreSeconds, AddUpToCoresTimesWallTime) {
@@ -293,6 +357,7 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
                  HasSubstr("format_version: 1"), HasSubstr("./sinew train")));
   EXPECT_GE(Count(dom, "<svg"), 8u);             // curves and heat map
   EXPECT_GE(Count(dom, "data:image/jpeg"), 2u);  // sheet and strip
+  EXPECT_THAT(dom, Not(HasSubstr("<h2>Where episodes start</h2>")));
   const std::string picture = JoinPath(folder_, "page.png");
   BrowsePage(
       *path, folder_,
@@ -300,6 +365,47 @@ TEST_F(FinishedRun, IsDrawnByARealBrowser) {
   const Ink ink = InkOf(picture);
   EXPECT_GT(ink.share, 0.15);
   EXPECT_GT(ink.colours, 500u);
+}
+
+TEST_F(FinishedRun, ShowsTheCurriculumOfManyBins) {
+  std::string metrics;
+  for (const Json& row : RowsWithCurriculum(20)) {
+    absl::StrAppend(&metrics, row.dump(), "\n");
+  }
+  ASSERT_THAT(WriteFileAtomically(JoinPath(folder_, "metrics.jsonl"), metrics),
+              IsOk());
+  const SystemClock clock;
+  const auto store = checkpoint::OpenStore(JoinPath(folder_, "checkpoints"),
+                                           checkpoint::StoreAccess::kWrite,
+                                           rpc::Security(), clock);
+  ASSERT_THAT(store, IsOk());
+  v1::TrainingState state;
+  v1::CurriculumTable& table = *state.mutable_curriculum();
+  for (int c = 0; c < 2; ++c) {
+    auto& bin = *table.add_bins();
+    bin.set_clip(c);
+    bin.set_num_frames(30);
+    bin.set_probability(0.5);
+    bin.set_last_seen(-1);
+    table.add_clips()->set_name(c == 0 ? "stroll" : "cartwheel");
+  }
+  v1::Artifact record;
+  record.set_id("state-20");
+  record.set_kind("state");
+  ASSERT_THAT(PutFiles(**store, record,
+                       {{"state.pb", std::make_shared<const std::string>(
+                                         state.SerializeAsString())}}),
+              IsOk());
+  ASSERT_THAT((*store)->SetAlias("latest", record.id()), IsOk());
+
+  const auto path = WriteReport({.run = folder_, .clip = "sway"}, StopToken());
+  ASSERT_THAT(path, IsOk());
+
+  const std::string dom = BrowsePage(*path, folder_, {"--dump-dom"});
+  EXPECT_THAT(dom,
+              AllOf(HasSubstr("<h2>Where episodes start</h2>"),
+                    HasSubstr("<h3>How wide the starts are spread</h3>"),
+                    HasSubstr(">cartwheel</td>"), HasSubstr(">never</td>")));
 }
 
 TEST_F(FinishedRun, IsReportedWithoutItsLibraryToo) {

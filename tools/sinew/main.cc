@@ -12,6 +12,7 @@
 #include "tools/sinew/bench_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
+#include "tools/sinew/curriculum_command.h"
 #include "tools/sinew/eval_command.h"
 #include "tools/sinew/export_command.h"
 #include "tools/sinew/learner_command.h"
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   AddActorCommand(app, action);
   AddBenchCommand(app, action);
   AddCheckpointCommand(app, action);
+  AddCurriculumCommand(app, action);
   AddEvalCommand(app, action);
   AddExportCommand(app, action);
   AddLearnerCommand(app, action);

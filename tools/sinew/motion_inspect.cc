@@ -97,6 +97,7 @@ void PrintSource(const v1::ClipInfo& clip) {
                               clip.blend().source_file()));
     PrintLine("its recording", clip.blend().trial());
   }
+  PrintLine("left out of training", clip.left_out() ? "yes" : "");
   PrintLine("provenance", clip.provenance());
   PrintLine("licence", clip.licence());
   PrintLine("format", source.format());

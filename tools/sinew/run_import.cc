@@ -105,13 +105,14 @@ void PrintTable(const std::vector<import::ClipReport>& reports) {
 }
 
 void PrintSummary(const std::vector<import::ClipReport>& reports) {
-  int ok = 0, warned = 0, rejected = 0, cached = 0;
+  int ok = 0, warned = 0, rejected = 0, cached = 0, left_out = 0;
   double seconds = 0, core_seconds = 0;
   for (const auto& report : reports) {
     ok += report.verdict.status == import::ClipStatus::kOk;
     warned += report.verdict.status == import::ClipStatus::kWarned;
     rejected += report.verdict.status == import::ClipStatus::kRejected;
     cached += report.from_cache;
+    left_out += report.status.ok() && report.info.left_out();
     if (report.status.ok()) seconds += report.duration_s;
     if (!report.from_cache) core_seconds += report.core_seconds;
   }
@@ -122,6 +123,10 @@ void PrintSummary(const std::vector<import::ClipReport>& reports) {
       cached > 0
           ? absl::StrFormat(", %d unchanged files not read again", cached)
           : "");
+  if (left_out > 0) {
+    absl::PrintF("%d clips are left out of training, for evaluation alone\n",
+                 left_out);
+  }
 }
 
 absl::Status WritePage(const character::Character& character,
@@ -202,6 +207,12 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
       ->add_flag("--align", flags->align,
                  "begin at the origin, looking along x")
       ->group(group);
+  command
+      ->add_option("--left-out-share", flags->left_out_share,
+                   "share of the recordings that is left out of training, by a "
+                   "hash of each (0.15 is usual)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   AddShowing(command, flags);
 }
 
@@ -213,6 +224,7 @@ absl::StatusOr<import::ImportOptions> ImportOptionsOf(
   options.licence = flags.licence;
   options.threads = flags.threads;
   options.report_only = flags.report_only;
+  options.left_out_share = flags.left_out_share;
   options.read.format = flags.format;
   options.read.asf = flags.asf;
   import::ReadOptions& read = options.read.read;

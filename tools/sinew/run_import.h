@@ -30,6 +30,7 @@ struct ImportFlags {
   double fps = 0;   // 0: not given
   std::string quaternion_order;
   bool mirror = false, align = false;
+  double left_out_share = 0;
   int threads = 0;
   int pictures = 24;
   bool no_pictures = false, no_html = false, quiet = false;

@@ -13,23 +13,28 @@ namespace {
 constexpr size_t kRemembered = 3;
 
 void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
-  const SetSummary& overall = summary.overall;
+  // What is left out of training chooses nothing.
+  const SetSummary& training = summary.training;
   v1::BundleMetrics& metrics = *evaluated.mutable_metrics();
-  metrics.set_clips(overall.clips);
-  metrics.set_starts(overall.starts);
-  metrics.set_succeeded_starts(overall.succeeded_starts);
-  metrics.set_success_rate(overall.success_rate);
-  metrics.set_e_g_mpjpe_mm(overall.means.e_g_mpjpe_mm);
-  metrics.set_e_mpjpe_mm(overall.means.e_mpjpe_mm);
-  metrics.set_e_acc(overall.means.e_acc);
-  metrics.set_e_vel(overall.means.e_vel);
-  evaluated.set_survived_share(overall.survived_share);
+  metrics.set_clips(training.clips);
+  metrics.set_starts(training.starts);
+  metrics.set_succeeded_starts(training.succeeded_starts);
+  metrics.set_success_rate(training.success_rate);
+  metrics.set_e_g_mpjpe_mm(training.means.e_g_mpjpe_mm);
+  metrics.set_e_mpjpe_mm(training.means.e_mpjpe_mm);
+  metrics.set_e_acc(training.means.e_acc);
+  metrics.set_e_vel(training.means.e_vel);
+  evaluated.set_survived_share(training.survived_share);
 }
 
 }  // namespace
 
 absl::Status BestPolicy::Load() {
   SINEW_ASSIGN_OR_RETURN(best_, store_.GetBest());
+  if (best_ && !best_->evaluated.assets_sha256().empty() &&
+      best_->evaluated.assets_sha256() != assets_sha256_) {
+    best_.reset();
+  }
   return absl::OkStatus();
 }
 
@@ -40,6 +45,7 @@ void BestPolicy::Remember(int64_t iteration, Blob snapshot, int64_t samples,
   policy.evaluated.set_samples(samples);
   policy.evaluated.set_train_seconds(train_seconds);
   policy.evaluated.set_build(BuildIdentity());
+  policy.evaluated.set_assets_sha256(assets_sha256_);
   policy.snapshot = std::move(snapshot);
   if (recent_.size() > kRemembered) recent_.pop_front();
 }

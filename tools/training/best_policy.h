@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "common/blobs/blob_source.h"
@@ -23,7 +25,9 @@ namespace sinew::tools {
 // the store's; it may be tried again with the next evaluation.
 class BestPolicy {
  public:
-  explicit BestPolicy(RunStore& store) : store_(store) {}
+  // `assets_sha256` of the run: what was found of others does not count.
+  BestPolicy(RunStore& store, std::string assets_sha256)
+      : store_(store), assets_sha256_(std::move(assets_sha256)) {}
 
   absl::Status Load();
 
@@ -38,6 +42,7 @@ class BestPolicy {
 
  private:
   RunStore& store_;
+  const std::string assets_sha256_;
   std::optional<RunStore::Policy> best_;
   std::deque<RunStore::Policy> recent_;  // newest last
 };

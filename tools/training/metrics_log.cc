@@ -12,18 +12,43 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json SetRow(const SetSummary& set) {
+  return {{"clips", set.clips},
+          {"succeeded_clips", set.succeeded_clips},
+          {"starts", set.starts},
+          {"succeeded_starts", set.succeeded_starts},
+          {"survived_share", set.survived_share},
+          {"e_g_mpjpe_mm", set.means.e_g_mpjpe_mm},
+          {"e_mpjpe_mm", set.means.e_mpjpe_mm},
+          {"e_vel", set.means.e_vel},
+          {"e_acc", set.means.e_acc}};
+}
+
 Json EvaluationRow(const learner::IterationReport& report) {
-  const SetSummary& overall = report.evaluation->overall;
-  return {{"iteration", report.evaluated_iteration},
-          {"clips", overall.clips},
-          {"succeeded_clips", overall.succeeded_clips},
-          {"starts", overall.starts},
-          {"succeeded_starts", overall.succeeded_starts},
-          {"survived_share", overall.survived_share},
-          {"e_g_mpjpe_mm", overall.means.e_g_mpjpe_mm},
-          {"e_mpjpe_mm", overall.means.e_mpjpe_mm},
-          {"e_vel", overall.means.e_vel},
-          {"e_acc", overall.means.e_acc}};
+  const EvaluationSummary& evaluation = *report.evaluation;
+  Json row = {{"iteration", report.evaluated_iteration}};
+  row.update(SetRow(evaluation.overall));
+  if (evaluation.left_out.clips > 0) {
+    row["training"] = SetRow(evaluation.training);
+    row["left_out"] = SetRow(evaluation.left_out);
+  }
+  return row;
+}
+
+Json CurriculumRow(const learner::CurriculumSummary& curriculum) {
+  return {{"clips", curriculum.clips},
+          {"bins", curriculum.bins},
+          {"entropy", curriculum.entropy},
+          {"entropy_share", curriculum.entropy_share},
+          {"floor_share", curriculum.floor_share},
+          {"largest_clip_share", curriculum.largest_clip_share},
+          {"clips_of_half", curriculum.clips_of_half},
+          {"failure_rate", curriculum.failure_rate},
+          {"hardest_share", curriculum.hardest_share},
+          {"hardest_failure_rate", curriculum.hardest_failure_rate},
+          {"evaluated_clips", curriculum.evaluated_clips},
+          {"hard_clips", curriculum.hard_clips},
+          {"worst_success", curriculum.worst_success}};
 }
 
 Json SecondsRow(const learner::IterationReport& report,
@@ -79,6 +104,7 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
               {"save_failures", figures.save_failures},
               {"flops", update.flops},
               {"seconds", SecondsRow(report, figures)}};
+  row["curriculum"] = CurriculumRow(report.curriculum);
   if (report.evaluation) row["eval"] = EvaluationRow(report);
   return row;
 }

@@ -94,5 +94,35 @@ TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
   EXPECT_EQ(row["eval"]["succeeded_starts"], 12);
 }
 
+TEST(MetricsLogTest, SaysWhereEpisodesStart) {
+  const std::string path = NewFile("curriculum.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  learner::IterationReport report;
+  report.iteration = 1;
+  report.curriculum.bins = 7;
+  report.curriculum.entropy_share = 0.5;
+  report.curriculum.hard_clips = 2;
+  report.evaluation = EvaluationSummary();
+  report.evaluation->training.clips = 4;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  report.evaluation->left_out.clips = 3;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+
+  const auto text = ReadFile(path);
+  ASSERT_THAT(text, IsOk());
+  const std::vector<std::string> lines =
+      absl::StrSplit(*text, '\n', absl::SkipEmpty());
+  ASSERT_EQ(lines.size(), 2u);
+  const auto first = nlohmann::json::parse(lines[0]);
+  const auto second = nlohmann::json::parse(lines[1]);
+  EXPECT_EQ(first["curriculum"]["bins"], 7);
+  EXPECT_EQ(first["curriculum"]["entropy_share"], 0.5);
+  EXPECT_EQ(first["curriculum"]["hard_clips"], 2);
+  EXPECT_FALSE(first["eval"].contains("left_out"));
+  EXPECT_EQ(second["eval"]["training"]["clips"], 4);
+  EXPECT_EQ(second["eval"]["left_out"]["clips"], 3);
+}
+
 }  // namespace
 }  // namespace sinew::tools

@@ -1,5 +1,6 @@
 #include "tools/training/run_store.h"
 
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -9,6 +10,8 @@
 #include "common/status_macros.h"
 #include "deploy/checkpoint/open_store.h"
 #include "learner/state/state_store.h"
+#include "proto/sinew/v1/checkpoint.pb.h"
+#include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew::tools {
 namespace {
@@ -16,6 +19,19 @@ namespace {
 constexpr char kBest[] = "best";
 constexpr char kSnapshot[] = "snapshot";
 constexpr char kEvaluated[] = "evaluated.pb";
+constexpr char kAssetList[] = "assets.pb";
+
+std::string AssetsId(const std::string& assets_sha256) {
+  return absl::StrCat("assets-", assets_sha256.substr(0, 16));
+}
+
+std::map<std::string, std::string> DigestByRole(const v1::TaskAssets& assets) {
+  std::map<std::string, std::string> digests;
+  for (const v1::Asset& asset : assets.assets()) {
+    digests[asset.role()] = asset.sha256();
+  }
+  return digests;
+}
 
 }  // namespace
 
@@ -31,10 +47,10 @@ absl::StatusOr<std::unique_ptr<RunStore>> RunStore::Open(
 
 absl::Status RunStore::PutAssets(const TaskSetup& setup) {
   v1::Artifact record;
-  record.set_id(absl::StrCat("assets-", setup.assets_sha256.substr(0, 16)));
+  record.set_id(AssetsId(setup.assets_sha256));
   record.set_kind("assets");
   checkpoint::ArtifactFiles files = setup.assets;
-  files["assets.pb"] = setup.list;
+  files[kAssetList] = setup.list;
   return PutFiles(*store_, record, files);
 }
 
@@ -49,10 +65,42 @@ absl::StatusOr<learner::Trainer::State> RunStore::LoadState(
   return learner::LoadLatestState(*store_, warnings);
 }
 
+absl::StatusOr<std::string> RunStore::AssetsOfState() {
+  SINEW_ASSIGN_OR_RETURN(const bool has_state, HasState());
+  if (!has_state) return "";
+  std::vector<std::string> warnings;  // Resume tells
+  const auto state = LoadState(&warnings);
+  if (absl::IsNotFound(state.status())) return "";
+  SINEW_RETURN_IF_ERROR(state.status());
+  return state->counters.assets_sha256();
+}
+
+absl::StatusOr<std::vector<std::string>> RunStore::ChangedAssets(
+    const std::string& assets_sha256, const TaskSetup& setup) {
+  SINEW_ASSIGN_OR_RETURN(const v1::Artifact record,
+                         store_->GetArtifact(AssetsId(assets_sha256)));
+  v1::TaskAssets now;
+  if (!now.ParseFromString(*setup.list)) {
+    return absl::InternalError("the list of assets does not parse");
+  }
+  std::map<std::string, std::string> before;
+  for (const v1::Artifact::File& file : record.files()) {
+    if (file.path() != kAssetList) before[file.path()] = file.sha256();
+  }
+  std::vector<std::string> changed;
+  for (const auto& [role, sha256] : DigestByRole(now)) {
+    const auto old = before.find(role);
+    if (old == before.end() || old->second != sha256) changed.push_back(role);
+  }
+  return changed;
+}
+
 absl::Status RunStore::PutBest(const Policy& policy) {
   v1::Artifact record;
   const int64_t iteration = policy.evaluated.iteration();
-  record.set_id(absl::StrFormat("policy-%08d", iteration));
+  // Of this library's run: another may have been at this iteration, too.
+  record.set_id(absl::StrFormat("policy-%08d-%s", iteration,
+                                policy.evaluated.assets_sha256().substr(0, 8)));
   record.set_kind("policy");
   record.set_iteration(iteration);
   const checkpoint::ArtifactFiles files = {

@@ -45,6 +45,13 @@ class RunStore {
 
   absl::Status PutAssets(const TaskSetup& setup);
   absl::StatusOr<bool> HasState();
+  // Digest of the assets that the newest whole state is of; empty: there is no
+  // state.
+  absl::StatusOr<std::string> AssetsOfState();
+  // Roles of the assets that differ between `assets_sha256`, as PutAssets has
+  // stored it, and `setup`.
+  absl::StatusOr<std::vector<std::string>> ChangedAssets(
+      const std::string& assets_sha256, const TaskSetup& setup);
   // The newest whole state; NOT_FOUND: there is none.
   absl::StatusOr<learner::Trainer::State> LoadState(
       std::vector<std::string>* warnings);

@@ -10,6 +10,7 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
+#include "sim/motion/clip_digest.h"
 #include "sim/motion/library.h"
 #include "sim/world/mirror.h"
 
@@ -55,6 +56,7 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(
       setup.library,
       motion::Library::FromBytes(assets["library"], assets["frames"], motions));
+  setup.clip_sha256 = motion::ClipDigests(*setup.library);
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,
       actor::RolloutAssets::Create(assets["character"], assets["model"],

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
@@ -19,6 +20,7 @@ namespace sinew::tools {
 // know of it.
 struct TaskSetup {
   std::shared_ptr<const motion::Library> library;
+  std::vector<std::string> clip_sha256;  // sim/motion/clip_digest.h
   int observation_width = 0;
   int action_width = 0;
   v1::SegmentLayout layout;

@@ -39,6 +39,9 @@ namespace sinew::tools {
 //          stop; then saves and exports bundle/ and bundle_best/
 //   Drain: actors go
 //
+// A run whose library has changed is refused before anything of it is touched,
+// or goes on with the new one (migrate_library): Trainer::Migrate.
+//
 // A save that fails costs the chance to resume there and nothing else: it is
 // counted and shown, and tried again at the next interval.
 //
@@ -70,6 +73,8 @@ class TrainingRun {
     std::string checkpoint_address = {};
     // Bundle whose weights a run without states begins with; empty: none.
     std::string init = {};
+    // Go on with another library than the run's, if it is another.
+    bool migrate_library = false;
   };
   // Child actors, if there are any.
   struct Children {
@@ -99,7 +104,9 @@ class TrainingRun {
   absl::Status StartServices(const TaskSetup& setup);
   void MakeExperience(const TaskSetup& setup);
   absl::Status MakeTrainer(const TaskSetup& setup);
+  absl::Status CheckAssets(const TaskSetup& setup);
   absl::Status Resume();
+  absl::Status Restore(const learner::Trainer::State& state);
 
   // training_run.cc.
   bool IsDone() const;
@@ -125,6 +132,8 @@ class TrainingRun {
 
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<RunStore> store_;
+  // The newest state is of another library, which the run is to leave.
+  bool migrates_ = false;
   std::unique_ptr<RunServices> services_;
   std::unique_ptr<learner::StateSaver> saver_;
   std::unique_ptr<BestPolicy> best_;

@@ -1,10 +1,13 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "common/build_info.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
@@ -47,16 +50,47 @@ absl::Status TrainingRun::OpenFolder() {
 }
 
 absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
-  SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
-      folder_->path(), options_.character, *setup.library));
   const std::string where = options_.checkpoint_address.empty()
                                 ? folder_->checkpoints()
                                 : options_.checkpoint_address;
   SINEW_ASSIGN_OR_RETURN(store_,
                          RunStore::Open(where, options_.security, clock_));
+  SINEW_RETURN_IF_ERROR(CheckAssets(setup));
+  SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
+      folder_->path(), options_.character, *setup.library));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
-  best_ = std::make_unique<BestPolicy>(*store_);
+  best_ = std::make_unique<BestPolicy>(*store_, setup.assets_sha256);
   return best_->Load();
+}
+
+absl::Status TrainingRun::CheckAssets(const TaskSetup& setup) {
+  SINEW_ASSIGN_OR_RETURN(const std::string before, store_->AssetsOfState());
+  if (before.empty() || before == setup.assets_sha256) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> changed,
+                         store_->ChangedAssets(before, setup));
+  const bool library_alone =
+      !changed.empty() &&
+      std::all_of(changed.begin(), changed.end(), [](const auto& role) {
+        return role == "library" || role == "frames";
+      });
+  if (!library_alone) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        folder_->path(),
+        ": expected the character and the recipe that the run was started "
+        "with, found others (changed: ",
+        absl::StrJoin(changed, ", "), "); give the same, or another --run"));
+  }
+  if (!options_.migrate_library) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        folder_->path(),
+        ": expected the motion library that the run was started with, found "
+        "another one in ",
+        options_.motions,
+        "; give the same, another --run, or --migrate-library to go on with "
+        "this one (statistics of unchanged clips stay)"));
+  }
+  migrates_ = true;
+  return absl::OkStatus();
 }
 
 absl::Status TrainingRun::StartLogging() {
@@ -126,6 +160,7 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
   learner::Trainer::Options trainer;
   trainer.recipe = options_.recipe;
   trainer.library = setup.library->manifest();
+  trainer.clip_sha256 = setup.clip_sha256;
   trainer.run_id = run_id_;
   trainer.assets_sha256 = setup.assets_sha256;
   trainer.layout_sha256 = setup.layout_sha256;
@@ -140,16 +175,17 @@ absl::Status TrainingRun::Resume() {
   const auto state = store_->LoadState(&warnings);
   for (const std::string& warning : warnings) LogWarning(warning);
   if (state.ok()) {
-    SINEW_RETURN_IF_ERROR(trainer_->Restore(*state));
+    SINEW_RETURN_IF_ERROR(Restore(*state));
     figures_.seconds = {state->counters.wall_seconds(),
                         state->counters.train_seconds()};
-    saved_iteration_ = trainer_->iteration();
     if (state->counters.build() != BuildIdentity()) {
       LogWarning(
           "the state is of another build: results may differ in bits",
           {{"expected", BuildIdentity()}, {"found", state->counters.build()}});
     }
-    for (size_t i = 0; i < state->snapshots.size(); ++i) {
+    // What was found of another library's clips is nothing to compare with.
+    const size_t snapshots = migrates_ ? 0 : state->snapshots.size();
+    for (size_t i = 0; i < snapshots; ++i) {
       best_->Remember(state->counters.snapshots(static_cast<int>(i)).version(),
                       std::make_shared<const std::string>(state->snapshots[i]),
                       trainer_->samples(), figures_.seconds.train);
@@ -162,6 +198,21 @@ absl::Status TrainingRun::Resume() {
   first_train_seconds_ = figures_.seconds.train;
   SINEW_ASSIGN_OR_RETURN(metrics_log_, MetricsLog::Open(folder_->metrics(),
                                                         trainer_->iteration()));
+  return absl::OkStatus();
+}
+
+absl::Status TrainingRun::Restore(const learner::Trainer::State& state) {
+  if (!migrates_) {
+    SINEW_RETURN_IF_ERROR(trainer_->Restore(state));
+    saved_iteration_ = trainer_->iteration();
+    return absl::OkStatus();
+  }
+  SINEW_ASSIGN_OR_RETURN(const int unchanged, trainer_->Migrate(state));
+  // Not saved yet: the newest state is still that of the old library.
+  save_is_due_ = true;
+  LogInfo("gone on with another library",
+          {{"clips", trainer_->curriculum().table().clips_size()},
+           {"unchanged", unchanged}});
   return absl::OkStatus();
 }
 

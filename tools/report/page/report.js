@@ -132,7 +132,8 @@ function chartList(group) {
   return [
     {title: "Success and survival", wide: true, low: 0, high: 1, format: percent,
      series: [line(evals, "succeeded_share", "starts survived", 0),
-              line(evals, "survived_share", "time survived", 1)],
+              line(evals, "survived_share", "time survived", 1),
+              line(evals, "left_out_succeeded_share", "left-out starts survived", 2)],
      rules: rule(zeroShare, "starts, zero action")},
     {title: "Distance from the reference, mm", wide: true, low: 0,
      series: [line(evals, "e_g_mpjpe_mm", "evaluation", 0),
@@ -181,6 +182,51 @@ function curves() {
       h("div", {class: "bar"}, h("span", {class: "soft small"}, "horizontal axis"),
         h("div", {class: "segmented", role: "group"}, buttons)),
       h("div", {class: "charts"}, chartList(group).map((chart) => chart.element)));
+}
+
+const HARDEST = [
+  {name: "clip", text: true, show: (c) => c.name},
+  {name: "starts", show: (c) => short(c.visits)},
+  {name: "failed", show: (c) => short(c.failures)},
+  {name: "failure rate", show: (c) => percent(c.failure_rate, 1)},
+  {name: "share of starts", show: (c) => percent(c.probability, 1)},
+  {name: "evaluations failed", show: (c) => of(c.failed_evaluations, c.evaluations)},
+  {name: "latest", show: (c) => c.failed_latest === null ? "–" :
+    h("span", {class: c.failed_latest ? "no" : "yes"},
+      `${percent(c.succeeded_share)}, ${short(c.mean_error_mm)} mm`)},
+  {name: "last start", show: (c) => c.last_seen < 0 ? "never" : short(c.last_seen)}];
+
+function curriculum() {
+  const {curves, clips, rule, summary} = data.curriculum || {};
+  const axes = curves ? AXES.filter((axis) => curves[axis.key]) : [];
+  if (!axes.length) return null;
+  const line = (key, name, colour, thin) =>
+      ({columns: curves, key, name, colour: `var(--c${colour})`, thin});
+  const group = new ChartGroup(axes);
+  const charts = [
+    {title: "How wide the starts are spread", wide: true, low: 0, high: 1, format: percent,
+     series: [line("entropy_share", "entropy, of uniform", 0),
+              line("floor_share", "floor", 1, true),
+              line("largest_clip_share", "largest clip", 2, true)], rules: []},
+    {title: "The hardest tenth", wide: true, low: 0, high: 1, format: percent,
+     series: [line("hardest_share", "bins: share of starts", 0),
+              line("hardest_failure_rate", "bins: failure rate", 3),
+              line("worst_success", "clips: starts survived", 1)], rules: []},
+    {title: "Clips that failed their latest evaluation", low: 0,
+     series: [line("hard_clips", "clips", 3)], rules: []},
+    {title: "Clips with half of the starts", low: 0,
+     series: [line("clips_of_half", "clips", 0)], rules: []}]
+      .map((one) => new LineChart(group, one)).filter((chart) => !chart.empty);
+  return section("Where episodes start",
+      [rule ? `Rule: ${plain(rule)}. ` : "", summary ? `${summary.clips} clips in ${summary.bins
+        } bins of time, ${summary.left_out_clips} clips left out of training. ` : "",
+       "A bin's failure rate is the share of recent passages that failed there or shortly after."],
+      h("div", {class: "charts"}, charts.map((chart) => chart.element)),
+      clips && clips.length ? h("div", {class: "panel scroll", style: "margin-top:14px"},
+        h("table", {}, h("thead", {}, h("tr", {}, HARDEST.map((column) =>
+            h("th", {class: column.text ? "text" : ""}, column.name)))),
+          h("tbody", {}, clips.map((clip) => h("tr", {}, HARDEST.map((column) =>
+            h("td", {class: column.text ? "text" : ""}, column.show(clip)))))))) : null);
 }
 
 function coreSeconds() {
@@ -321,6 +367,6 @@ function credits() {
 }
 
 document.title = `${data.title} · Sinew report`;
-put(document.getElementById("page"), {}, [hero(), filmSection(), curves(), bodies(), clipTable(),
+put(document.getElementById("page"), {}, [hero(), filmSection(), curves(), curriculum(), bodies(), clipTable(),
     coreSeconds(), lag(), reproduce(), credits(),
     h("footer", {}, "Written by `sinew report`. This file is complete: it loads nothing.")]);

@@ -1,0 +1,186 @@
+#include "tools/curriculum/run_curriculum.h"
+
+#include <memory>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/rpc/credentials.h"
+#include "common/status_macros.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/curriculum/bin_sums.h"
+#include "learner/curriculum/start_rule.h"
+#include "proto/sinew/v1/training_state.pb.h"
+
+namespace sinew::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The learner drops old states while this reads; the newest is there then.
+constexpr int kAttempts = 3;
+
+absl::StatusOr<checkpoint::ArtifactFiles> ReadLatest(const std::string& run,
+                                                     const Clock& clock) {
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<checkpoint::ArtifactStore> store,
+                         checkpoint::OpenStore(JoinPath(run, "checkpoints"),
+                                               checkpoint::StoreAccess::kRead,
+                                               rpc::Security(), clock));
+  absl::StatusOr<checkpoint::ArtifactFiles> files;
+  for (int i = 0; i < kAttempts; ++i) {
+    files = checkpoint::GetFiles(*store, "latest");
+    if (!absl::IsNotFound(files.status())) break;
+  }
+  return files;
+}
+
+absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
+                                            const Clock& clock) {
+  const auto files = ReadLatest(run, clock);
+  if (absl::IsNotFound(files.status())) {
+    return absl::NotFoundError(absl::StrCat(
+        run,
+        ": expected a training state, found none; the first is saved after "
+        "checkpointing.interval iterations, or when training ends"));
+  }
+  SINEW_RETURN_IF_ERROR(files.status());
+  const auto file = files->find("state.pb");
+  v1::TrainingState state;
+  if (file == files->end() || !state.ParseFromString(*file->second)) {
+    return absl::DataLossError(absl::StrCat(
+        run, ": artifact \"latest\": expected a training state in state.pb, ",
+        "found ", file == files->end() ? "no such file" : "something else"));
+  }
+  return state;
+}
+
+std::string RuleName(v1::Start::Rule rule) {
+  return absl::AsciiStrToLower(
+      absl::StripPrefix(v1::Start::Rule_Name(rule), "RULE_"));
+}
+
+Json SummaryJson(const learner::CurriculumSummary& summary) {
+  return {{"clips", summary.clips},
+          {"left_out_clips", summary.left_out_clips},
+          {"bins", summary.bins},
+          {"entropy", summary.entropy},
+          {"entropy_share", summary.entropy_share},
+          {"floor_share", summary.floor_share},
+          {"largest_clip_share", summary.largest_clip_share},
+          {"clips_of_half", summary.clips_of_half},
+          {"failure_rate", summary.failure_rate},
+          {"hardest_share", summary.hardest_share},
+          {"hardest_failure_rate", summary.hardest_failure_rate},
+          {"evaluated_clips", summary.evaluated_clips},
+          {"hard_clips", summary.hard_clips},
+          {"worst_success", summary.worst_success}};
+}
+
+std::string ClipName(const v1::CurriculumTable& table, int clip) {
+  return clip < table.clips_size() ? table.clips(clip).name()
+                                   : absl::StrCat("clip ", clip);
+}
+
+void AddEvaluations(const v1::CurriculumTable& table, int clip, Json& json) {
+  const v1::CurriculumTable::Clip evaluated = clip < table.clips_size()
+                                                  ? table.clips(clip)
+                                                  : v1::CurriculumTable::Clip();
+  const bool any = evaluated.evaluations() > 0;
+  json["evaluations"] = evaluated.evaluations();
+  json["failed_evaluations"] = evaluated.failed_evaluations();
+  json["failed_latest"] = any ? Json(evaluated.failed_latest()) : Json();
+  json["succeeded_share"] = any ? Json(evaluated.succeeded_share()) : Json();
+  json["mean_error_mm"] = any ? Json(evaluated.mean_error_mm()) : Json();
+}
+
+Json ClipsJson(const v1::CurriculumTable& table, int hardest) {
+  const auto statistics = learner::StatisticsByClip(table);
+  Json clips = Json::array();
+  for (const int c : learner::HardestClips(table, hardest)) {
+    const learner::ClipStatistics& clip = statistics[c];
+    Json json = {
+        {"name", ClipName(table, c)},      {"visits", clip.visits},
+        {"failures", clip.failures},       {"failure_rate", clip.failure_rate},
+        {"probability", clip.probability}, {"last_seen", clip.last_seen}};
+    AddEvaluations(table, c, json);
+    clips.push_back(std::move(json));
+  }
+  return clips;
+}
+
+Json BinsJson(const RunCurriculum& curriculum, int hardest) {
+  const v1::CurriculumTable& table = curriculum.table;
+  const double rate = curriculum.frames_per_second;
+  Json bins = Json::array();
+  for (const int b : learner::HardestBins(table, hardest)) {
+    const v1::CurriculumTable::Bin& bin = table.bins(b);
+    bins.push_back({{"clip", ClipName(table, bin.clip())},
+                    {"from_s", bin.first_frame() / rate},
+                    {"to_s", (bin.first_frame() + bin.num_frames()) / rate},
+                    {"visits", bin.visits()},
+                    {"failures", bin.failures()},
+                    {"recent_passages", bin.recent_passages()},
+                    {"recent_failures", bin.recent_failures()},
+                    {"failure_rate", learner::RecentFailureRate(bin)},
+                    {"probability", bin.probability()},
+                    {"last_seen", bin.last_seen()}});
+  }
+  return bins;
+}
+
+Json LeftOutJson(const v1::CurriculumTable& table) {
+  Json clips = Json::array();
+  for (int c = 0; c < table.clips_size(); ++c) {
+    if (!table.clips(c).left_out() || table.clips(c).evaluations() == 0) {
+      continue;
+    }
+    Json json = {{"name", table.clips(c).name()}};
+    AddEvaluations(table, c, json);
+    clips.push_back(std::move(json));
+  }
+  return clips;
+}
+
+}  // namespace
+
+absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
+                                                const Clock& clock) {
+  const std::string config = JoinPath(run, "config.textproto");
+  if (!FileExists(config) || !FileExists(JoinPath(run, "checkpoints"))) {
+    return absl::NotFoundError(
+        absl::StrCat(run, ": expected a run directory, found no ",
+                     FileExists(config) ? "checkpoints/" : "config.textproto"));
+  }
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
+  SINEW_ASSIGN_OR_RETURN(v1::Recipe recipe, ParseRecipe(text, config));
+  recipe = WithDefaults(std::move(recipe));
+  SINEW_ASSIGN_OR_RETURN(v1::TrainingState state, ReadState(run, clock));
+  RunCurriculum curriculum;
+  curriculum.run = run;
+  curriculum.iteration = state.iteration();
+  curriculum.samples = state.samples();
+  curriculum.start = recipe.task().start();
+  curriculum.frames_per_second = recipe.physics().control_hz();
+  curriculum.table = std::move(*state.mutable_curriculum());
+  curriculum.summary = learner::Summarise(
+      curriculum.table, *learner::MakeStartRule(curriculum.start));
+  return curriculum;
+}
+
+Json CurriculumJson(const RunCurriculum& curriculum, int hardest) {
+  return {{"run", curriculum.run},
+          {"iteration", curriculum.iteration},
+          {"samples", curriculum.samples},
+          {"rule", RuleName(curriculum.start.rule())},
+          {"bin_seconds", curriculum.start.bin_seconds()},
+          {"summary", SummaryJson(curriculum.summary)},
+          {"clips", ClipsJson(curriculum.table, hardest)},
+          {"bins", BinsJson(curriculum, hardest)},
+          {"left_out", LeftOutJson(curriculum.table)}};
+}
+
+}  // namespace sinew::tools

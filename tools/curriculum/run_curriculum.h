@@ -1,0 +1,59 @@
+#ifndef SINEW_TOOLS_CURRICULUM_RUN_CURRICULUM_H_
+#define SINEW_TOOLS_CURRICULUM_RUN_CURRICULUM_H_
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "common/clock.h"
+#include "learner/curriculum/curriculum_summary.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/snapshot.pb.h"
+
+namespace sinew::tools {
+
+// Where the episodes of a run start, as its newest training state has it.
+struct RunCurriculum {
+  std::string run;
+  int64_t iteration = 0;
+  int64_t samples = 0;
+  v1::Start start;                // of its recipe, defaults filled
+  double frames_per_second = 30;  // of its library
+  v1::CurriculumTable table;
+  learner::CurriculumSummary summary;
+};
+
+// Reads a run directory, also while training goes on. Blocks on the disk.
+// NOT_FOUND: it is no run directory, or holds no training state yet;
+// INVALID_ARGUMENT: its recipe; DATA_LOSS: its newest state is damaged.
+absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
+                                                const Clock& clock);
+
+// As JSON:
+//
+//   run, iteration, samples, rule ("adaptive_bins"), bin_seconds
+//   summary   clips, left_out_clips, bins, entropy, entropy_share, floor_share,
+//             largest_clip_share, clips_of_half, failure_rate, hardest_share,
+//             hardest_failure_rate, evaluated_clips, hard_clips, worst_success
+//   clips     the `hardest` ones that are trained on, hardest first: name,
+//             visits, failures, failure_rate, probability, last_seen,
+//             evaluations, failed_evaluations, failed_latest, succeeded_share,
+//             mean_error_mm (the last three null: never evaluated)
+//   bins      the `hardest` ones: clip, from_s, to_s, visits, failures,
+//             recent_passages, recent_failures, failure_rate, probability,
+//             last_seen
+//   left_out  evaluated clips that are left out: name, evaluations,
+//             failed_evaluations, failed_latest, succeeded_share,
+//             mean_error_mm
+//
+// Pure.
+nlohmann::ordered_json CurriculumJson(const RunCurriculum& curriculum,
+                                      int hardest);
+
+// The same for people, as a page of text. Pure.
+std::string CurriculumText(const RunCurriculum& curriculum, int hardest);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_CURRICULUM_RUN_CURRICULUM_H_

@@ -1,0 +1,50 @@
+#include "tools/sinew/curriculum_command.h"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "common/clock.h"
+#include "common/status_macros.h"
+#include "tools/curriculum/run_curriculum.h"
+
+namespace sinew::tools {
+namespace {
+
+struct CurriculumOptions {
+  std::string run;
+  int hardest = 10;
+  bool json = false;
+};
+
+absl::Status RunCurriculumCommand(const CurriculumOptions& options,
+                                  const StopToken&) {
+  const SystemClock clock;
+  SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
+                         ReadRunCurriculum(options.run, clock));
+  if (options.json) {
+    absl::PrintF("%s\n", CurriculumJson(curriculum, options.hardest).dump(2));
+  } else {
+    absl::PrintF("%s", CurriculumText(curriculum, options.hardest));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddCurriculumCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<CurriculumOptions>();
+  auto* command = AddSubcommand<CurriculumOptions>(
+      app, "curriculum", "where the episodes of a run start", options, action,
+      RunCurriculumCommand);
+  command->add_option("run", options->run, "run directory")->required();
+  command
+      ->add_option("--hardest", options->hardest,
+                   "clips and bins that are listed")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "as JSON");
+}
+
+}  // namespace sinew::tools

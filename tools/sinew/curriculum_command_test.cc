@@ -1,0 +1,197 @@
+#include "tools/sinew/curriculum_command.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "common/clock.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
+#include "common/temporary_folder.h"
+#include "common/testing/matchers.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "proto/sinew/v1/training_state.pb.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+// A run directory as training leaves it, without the training.
+class CurriculumCommand : public ::testing::Test {
+ protected:
+  CurriculumCommand() : folder_(*TemporaryFolder::Create()) {}
+
+  std::string Run() const { return folder_->path(); }
+
+  void WriteConfig() const {
+    v1::Recipe recipe;
+    recipe.mutable_task()->mutable_start()->set_rule(
+        v1::Start::RULE_ADAPTIVE_BINS);
+    ASSERT_THAT(WriteFileAtomically(JoinPath(Run(), "config.textproto"),
+                                    PrintRecipe(WithDefaults(recipe))),
+                IsOk());
+    ASSERT_THAT(MakeDirectories(JoinPath(Run(), "checkpoints")), IsOk());
+  }
+
+  // Clips "walk" of two bins, "flip" of one, and "run", which is left out.
+  static v1::TrainingState State(int64_t iteration) {
+    v1::TrainingState state;
+    state.set_iteration(iteration);
+    state.set_samples(100 * iteration);
+    v1::CurriculumTable& table = *state.mutable_curriculum();
+    table.set_bin_frames(30);
+    for (int b = 0; b < 3; ++b) {
+      auto& bin = *table.add_bins();
+      bin.set_clip(b / 2);
+      bin.set_first_frame(30 * (b % 2));
+      bin.set_num_frames(30);
+      bin.set_probability(b == 2 ? 0.5 : 0.25);
+      bin.set_visits(10 + b);
+      bin.set_failures(b);
+      bin.set_last_seen(b == 0 ? -1 : 7);
+      bin.set_recent_passages(8);
+      bin.set_recent_failures(4 * b);  // rates 0.1, 0.5, 0.9
+    }
+    for (const char* name : {"walk", "flip", "run"}) {
+      auto& clip = *table.add_clips();
+      clip.set_name(name);
+      clip.set_evaluations(4);
+      clip.set_succeeded_share(1);
+    }
+    table.mutable_clips(1)->set_failed_evaluations(3);
+    table.mutable_clips(1)->set_failed_latest(true);
+    table.mutable_clips(1)->set_succeeded_share(0.25);
+    table.mutable_clips(1)->set_mean_error_mm(81);
+    table.mutable_clips(2)->set_left_out(true);
+    return state;
+  }
+
+  void SaveState(int64_t iteration,
+                 const std::string& file = "state.pb") const {
+    const auto store = checkpoint::OpenStore(JoinPath(Run(), "checkpoints"),
+                                             checkpoint::StoreAccess::kWrite,
+                                             rpc::Security(), clock_);
+    ASSERT_THAT(store, IsOk());
+    v1::Artifact record;
+    record.set_id(absl::StrCat("state-", iteration));
+    record.set_kind("state");
+    ASSERT_THAT(PutFiles(**store, record,
+                         {{file, std::make_shared<const std::string>(
+                                     State(iteration).SerializeAsString())}}),
+                IsOk());
+    ASSERT_THAT((*store)->SetAlias("latest", record.id()), IsOk());
+  }
+
+  // What the command prints.
+  absl::StatusOr<std::string> Output(const std::string& flags = "") const {
+    CLI::App app;
+    app.require_subcommand(1);
+    Action action;
+    AddCurriculumCommand(app, action);
+    app.parse(absl::StrCat("curriculum ", Run(), flags));
+    ::testing::internal::CaptureStdout();
+    const absl::Status status = action(StopToken());
+    std::string output = ::testing::internal::GetCapturedStdout();
+    if (!status.ok()) return status;
+    return output;
+  }
+
+  const SystemClock clock_;
+  const std::unique_ptr<TemporaryFolder> folder_;
+};
+
+TEST_F(CurriculumCommand, ShowsTheTableOfTheNewestState) {
+  WriteConfig();
+  SaveState(4);
+  SaveState(8);
+
+  const auto output = Output(" --json");
+
+  ASSERT_THAT(output, IsOk());
+  const Json json = Json::parse(*output);
+  EXPECT_EQ(json["iteration"], 8);
+  EXPECT_EQ(json["samples"], 800);
+  EXPECT_EQ(json["rule"], "adaptive_bins");
+  EXPECT_EQ(json["summary"]["clips"], 2);
+  EXPECT_EQ(json["summary"]["left_out_clips"], 1);
+  EXPECT_EQ(json["summary"]["hard_clips"], 1);
+  EXPECT_EQ(json["summary"]["worst_success"], 0.25);
+  EXPECT_GT(json["summary"]["floor_share"], 0.09);
+  ASSERT_EQ(json["clips"].size(), 2u);
+  EXPECT_EQ(json["clips"][0]["name"], "flip");
+  EXPECT_EQ(json["clips"][0]["failed_evaluations"], 3);
+  EXPECT_EQ(json["clips"][1]["visits"], 21);
+  EXPECT_EQ(json["clips"][1]["last_seen"], 7);
+  ASSERT_EQ(json["bins"].size(), 3u);
+  EXPECT_EQ(json["bins"][1]["clip"], "walk");
+  EXPECT_EQ(json["bins"][1]["from_s"], 1.0);
+  EXPECT_EQ(json["bins"][1]["to_s"], 2.0);
+  EXPECT_EQ(json["left_out"][0]["name"], "run");
+}
+
+TEST_F(CurriculumCommand, ListsAsManyAsWereAskedFor) {
+  WriteConfig();
+  SaveState(4);
+
+  const auto output = Output(" --json --hardest 1");
+
+  ASSERT_THAT(output, IsOk());
+  const Json json = Json::parse(*output);
+  EXPECT_EQ(json["clips"].size(), 1u);
+  ASSERT_EQ(json["bins"].size(), 1u);
+  EXPECT_EQ(json["bins"][0]["clip"], "flip");
+}
+
+TEST_F(CurriculumCommand, SaysItInWords) {
+  WriteConfig();
+  SaveState(4);
+
+  const auto output = Output();
+
+  ASSERT_THAT(output, IsOk());
+  EXPECT_THAT(*output, HasSubstr("iteration 4: rule adaptive_bins, 2 clips (1 "
+                                 "more left out), 3 bins"));
+  EXPECT_THAT(*output, HasSubstr("2 clips evaluated, 1 failed the latest time; "
+                                 "worst tenth: 25 % of starts"));
+  EXPECT_THAT(*output,
+              HasSubstr("3 of 4 failed; latest: 25 % of starts, 81 mm"));
+  EXPECT_THAT(*output, HasSubstr("hardest bins"));
+  EXPECT_THAT(*output, HasSubstr("left out of training"));
+}
+
+TEST_F(CurriculumCommand, ReadsWhileTheLearnerHoldsTheStore) {
+  WriteConfig();
+  SaveState(4);
+  const auto writer = checkpoint::OpenStore(JoinPath(Run(), "checkpoints"),
+                                            checkpoint::StoreAccess::kWrite,
+                                            rpc::Security(), clock_);
+  ASSERT_THAT(writer, IsOk());
+
+  EXPECT_THAT(Output(), IsOk());
+}
+
+TEST_F(CurriculumCommand, SaysWhatIsNoRun) {
+  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kNotFound,
+                                 HasSubstr("expected a run directory, found no "
+                                           "config.textproto")));
+  WriteConfig();
+  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kNotFound,
+                                 HasSubstr("expected a training state, found "
+                                           "none")));
+  SaveState(4, "other.pb");
+  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kDataLoss,
+                                 HasSubstr("in state.pb, found no such file")));
+}
+
+}  // namespace
+}  // namespace sinew::tools
