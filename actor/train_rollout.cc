@@ -84,8 +84,9 @@ class TrainRollout {
     episode.start_frame = start.frame;
     environment->fresh = false;
     const RandomKey noise = Key(*environment, RandomPurpose::kStartNoise);
+    const world::BodyStart body = task_.DrawStart(noise);
     state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
-      task_.Reset(episode, &noise, data,
+      task_.Begin(body, &noise, data, &episode,
                   absl::MakeSpan(environment->previous_target),
                   state_.work.get());
       Observe(e, data);
@@ -141,9 +142,9 @@ class TrainRollout {
 
   // Row of the clip that is current at an episode's state.
   int32_t ClipRow(const world::Episode& episode) const {
-    const int64_t frame = int64_t{episode.start_frame} + episode.step;
     return static_cast<int32_t>(
-        frame % task_.library().clip(episode.clip).num_frames());
+        world::CurrentFrame(episode) %
+        task_.library().clip(episode.clip).num_frames());
   }
 
   void AfterStep(int step, int e, const world::StepResult& result) {
@@ -170,6 +171,7 @@ class TrainRollout {
                                         : v1::EpisodeEnd::REASON_TIME_LIMIT);
     end->set_clip(episode.clip);
     end->set_start_frame(episode.start_frame);
+    end->set_start_kind(episode.start_kind);
     end->set_steps(episode.step);
     end->set_episode_return(episode.episode_return);
     // A diverged step has no distance.

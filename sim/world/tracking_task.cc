@@ -35,7 +35,7 @@ std::string BodyName(const mjModel* model, int body) {
 
 absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
     const v1::Recipe& recipe, const character::Character& character,
-    const motion::Library& library) {
+    const motion::Library& library, const FallenStates* fallen) {
   SINEW_RETURN_IF_ERROR(CheckTask(recipe, character, library));
   SINEW_ASSIGN_OR_RETURN(ObservationBuilder observation,
                          ObservationBuilder::Create(
@@ -43,22 +43,25 @@ absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
                              static_cast<int>(character.tracked().size()),
                              static_cast<int>(character.joints().size()),
                              static_cast<int>(character.foot_bodies().size())));
-  return std::unique_ptr<TrackingTask>(
-      new TrackingTask(recipe, character, library, std::move(observation)));
+  return std::unique_ptr<TrackingTask>(new TrackingTask(
+      recipe, character, library, fallen, std::move(observation)));
 }
 
 TrackingTask::TrackingTask(const v1::Recipe& recipe,
                            const character::Character& character,
                            const motion::Library& library,
+                           const FallenStates* fallen,
                            ObservationBuilder observation)
     : recipe_(recipe),
       character_(&character),
       library_(&library),
+      fallen_(fallen),
       reader_(character),
       observation_(std::move(observation)),
       action_(recipe.task().action(), character.joints()),
       actuation_(character, Substeps(recipe.physics()),
                  recipe.task().action().ramp()),
+      recovery_(recipe.task().recovery()),
       fresh_row_(FreshRow(character.model())) {}
 
 std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
@@ -73,6 +76,7 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   work->ahead_contact.resize(work->ahead.size());
   work->frame = std::make_unique<motion::ReferenceFrame>(*library_);
   work->self_contact.resize(character_->foot_bodies().size());
+  work->no_contact.resize(work->self_contact.size());
   work->noise.resize(2 * reader_.num_joints());
   work->joint_position.resize(reader_.num_joints());
   return work;
@@ -146,6 +150,53 @@ void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
   Refresh(data, work);
 }
 
+BodyStart TrackingTask::DrawStart(const RandomKey& key) const {
+  return recovery_.on() ? recovery_.Draw(key, num_fallen_states())
+                        : BodyStart();
+}
+
+void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
+                         mjData* data, Episode* episode,
+                         absl::Span<double> previous_target,
+                         Workspace* work) const {
+  episode->start_kind = start.kind;
+  episode->recovery_steps_left = start.recovery_steps;
+  Reset(*episode, noise, data, previous_target, work);
+  if (start.kind != v1::START_KIND_REFERENCE) {
+    Place(start, data, previous_target);
+    Refresh(data, work);
+  }
+  if (!recovery_.on()) return;
+  // What stands is the frame that the next step is compared with.
+  work->frame->Load(episode->clip, int64_t{episode->start_frame} +
+                                       (start.recovery_steps > 0 ? 1 : 0));
+  reader_.Read(work->frame->view(), &work->reference);
+  episode->goal_distance = GoalDistance(work->body, work->reference);
+}
+
+void TrackingTask::Place(const BodyStart& start, mjData* data,
+                         absl::Span<double> previous_target) const {
+  const mjModel* model = character_->model();
+  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  double* rate = data->qvel + model->jnt_dofadr[model->body_jntadr[1]];
+  const double x = root[0] + start.offset_x, y = root[1] + start.offset_y;
+  if (start.kind == v1::START_KIND_FALLEN) {
+    const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
+    std::copy(qpos.begin(), qpos.end(), data->qpos);
+    std::fill_n(data->qvel, model->nv, 0.0);
+    ReadJoints(data, previous_target);
+  }
+  root[0] = x;
+  root[1] = y;
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(start.turn, Eigen::Vector3d::UnitZ()));
+  motion::ToWxyz(turn * motion::FromWxyz(root + 3), root + 3);
+  // The angular velocity is the body's own: it turns with it.
+  const Eigen::Vector3d velocity =
+      turn * Eigen::Vector3d(rate[0], rate[1], rate[2]);
+  for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
+}
+
 void TrackingTask::Refresh(mjData* data, Workspace* work) const {
   reader_.Read(data, &work->body);
 }
@@ -160,12 +211,15 @@ void TrackingTask::ReadJoints(const mjData* data,
 void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
                            absl::Span<float> out, Workspace* work) const {
-  const int64_t current = int64_t{episode.start_frame} + episode.step;
+  const int64_t current = CurrentFrame(episode);
   for (size_t i = 0; i < work->ahead.size(); ++i) {
     work->ahead_frames[i]->Load(episode.clip,
                                 current + observation_.frames_ahead()[i]);
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
-    work->ahead_contact[i] = work->ahead_frames[i]->view().contact;
+    const bool hidden =
+        recovery_.on() && recovery_.Hide(work->body, &work->ahead[i]);
+    work->ahead_contact[i] = hidden ? work->no_contact.data()
+                                    : work->ahead_frames[i]->view().contact;
   }
   if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     ReadFootContacts(*character_, data, absl::MakeSpan(work->self_contact));
@@ -181,10 +235,23 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
 void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
                           absl::Span<double> target, Workspace* work) const {
-  work->frame->Load(episode.clip,
-                    int64_t{episode.start_frame} + episode.step + 1);
+  work->frame->Load(episode.clip, CurrentFrame(episode) + 1);
   ReadJoints(data, absl::MakeSpan(work->joint_position));
+  if (recovery_.on() && IsFar(data, work->frame->view())) {
+    action_.TargetOutOfSight(work->joint_position, action, target);
+    return;
+  }
   action_.Target(work->joint_position, work->frame->view(), action, target);
+}
+
+bool TrackingTask::IsFar(const mjData* data,
+                         const motion::FrameView& reference) const {
+  const mjModel* model = character_->model();
+  const double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  const double between[3] = {reference.root_position[0] - root[0],
+                             reference.root_position[1] - root[1],
+                             reference.root_position[2] - root[2]};
+  return recovery_.IsFar(mju_norm3(between));
 }
 
 ActuationResult TrackingTask::Simulate(
@@ -206,8 +273,7 @@ StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
                                 Episode* episode, Workspace* work) const {
   ++episode->step;
   if (physics.diverged) return DivergedStep();
-  work->frame->Load(episode->clip,
-                    int64_t{episode->start_frame} + episode->step);
+  work->frame->Load(episode->clip, CurrentFrame(*episode));
   reader_.Read(work->frame->view(), &work->reference);
   Refresh(data, work);
   return Judge(physics.power, episode, work);
@@ -216,15 +282,29 @@ StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
 StepResult TrackingTask::Judge(double power, Episode* episode,
                                Workspace* work) const {
   const v1::Task& task = recipe_.task();
-  const RewardValue reward =
+  RewardValue reward =
       ComputeReward(task.reward(), work->body, work->reference, power);
+  if (recovery_.on()) {
+    const double distance = GoalDistance(work->body, work->reference);
+    const double cost = task.reward().power_cost() * power;
+    reward.total = recovery_.Reward(reward.total + cost, episode->goal_distance,
+                                    distance) -
+                   cost;
+    episode->goal_distance = distance;
+  }
   const BodyDistances distances =
       MeasureDistances(work->body, work->reference, character_->terminating());
-  const EpisodeEnding ending = JudgeEpisode(
-      distances.max_terminating, task.termination().max_body_distance(),
-      episode->start_frame, episode->step,
-      motion::LastFrame(library_->clip(episode->clip)),
-      task.max_episode_steps());
+  EpisodeEnding ending;
+  if (episode->recovery_steps_left > 0) {
+    --episode->recovery_steps_left;
+    ++episode->frozen_steps;
+  } else {
+    ending = JudgeEpisode(
+        distances.max_terminating, task.termination().max_body_distance(),
+        episode->start_frame, episode->step - episode->frozen_steps,
+        motion::LastFrame(library_->clip(episode->clip)),
+        task.max_episode_steps());
+  }
   StepResult result;
   result.reward = static_cast<float>(reward.total);
   for (int i = 0; i < 4; ++i) {
