@@ -53,6 +53,10 @@ class EvaluationRollout {
                            .step = 0,
                            .clip = from.clip(),
                            .start_frame = from.start_frame()};
+    if (ConditionsOf(environment) != nullptr) {
+      task_.DrawConditions(ConditionsKey(from), &environment.conditions,
+                           state_.work.get());
+    }
     const world::BodyStart body = StartOf(from);
     state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, /*noise=*/nullptr, data, &environment.episode,
@@ -64,6 +68,22 @@ class EvaluationRollout {
     failed_at_.push_back(-1);
     watches_.emplace_back(task_.character(), max_distance_);
     live_.push_back(start);
+  }
+
+  // Of a start, whichever order it stands in; apart from those of training.
+  RandomKey ConditionsKey(const v1::EvaluationStart& from) const {
+    const uint64_t fallen = from.has_fallen_state()
+                                ? static_cast<uint64_t>(from.fallen_state()) + 1
+                                : 0;
+    return {.seed = order_.seed(),
+            .environment = fallen << 40 | uint64_t{1} << 32 |
+                           static_cast<uint64_t>(from.clip()),
+            .episode = static_cast<uint64_t>(from.start_frame())};
+  }
+  const world::Conditions* ConditionsOf(const Environment& environment) const {
+    const world::Randomisation& random = task_.randomisation();
+    return random.on() && random.in_evaluation() ? &environment.conditions
+                                                 : nullptr;
   }
 
   static world::BodyStart StartOf(const v1::EvaluationStart& from) {
@@ -82,7 +102,7 @@ class EvaluationRollout {
       task_.Refresh(data, state_.work.get());
       task_.Observe(data, environment.episode, environment.previous_target,
                     state_.policy.observation(static_cast<int>(row)),
-                    state_.work.get());
+                    state_.work.get(), ConditionsOf(environment));
     });
   }
 
@@ -109,10 +129,13 @@ class EvaluationRollout {
                                 Environment* environment) {
     task_.Target(data, environment->episode,
                  state_.policy.action(static_cast<int>(row)),
-                 absl::MakeSpan(state_.target), state_.work.get());
+                 absl::MakeSpan(state_.target), state_.work.get(),
+                 ConditionsOf(*environment));
     clock_.Lap(&stages_.observe);
-    const world::ActuationResult physics = task_.Simulate(
-        data, state_.target, absl::MakeSpan(environment->previous_target));
+    const world::ActuationResult physics =
+        task_.Simulate(data, environment->episode, state_.target,
+                       absl::MakeSpan(environment->previous_target),
+                       ConditionsOf(*environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
     physics_steps_ += task_.substeps();
     return task_.Finish(data, physics, &environment->episode,

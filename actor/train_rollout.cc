@@ -44,6 +44,7 @@ class TrainRollout {
       SINEW_RETURN_IF_ERROR(LoadState(order_.states(e), e, task_, &environment,
                                       state_.batch.row(e)));
       if (environment.fresh) continue;
+      DrawConditions(&environment);
       state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
         task_.Refresh(data, state_.work.get());
         Observe(e, data);
@@ -57,7 +58,16 @@ class TrainRollout {
   void Observe(int e, mjData* data) {
     const Environment& environment = state_.environments[e];
     task_.Observe(data, environment.episode, environment.previous_target,
-                  state_.policy.observation(e), state_.work.get());
+                  state_.policy.observation(e), state_.work.get(),
+                  ConditionsOf(environment));
+  }
+
+  void DrawConditions(Environment* environment) {
+    task_.DrawConditions(Key(*environment, RandomPurpose::kModelField),
+                         &environment->conditions, state_.work.get());
+  }
+  const world::Conditions* ConditionsOf(const Environment& environment) const {
+    return task_.randomisation().on() ? &environment.conditions : nullptr;
   }
 
   RandomKey Key(const Environment& environment, RandomPurpose purpose) const {
@@ -85,6 +95,7 @@ class TrainRollout {
     environment->fresh = false;
     const RandomKey noise = Key(*environment, RandomPurpose::kStartNoise);
     const world::BodyStart body = task_.DrawStart(noise);
+    DrawConditions(environment);
     state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, &noise, data, &episode,
                   absl::MakeSpan(environment->previous_target),
@@ -132,10 +143,13 @@ class TrainRollout {
   world::StepResult StepPhysics(int e, mjData* data) {
     Environment& environment = state_.environments[e];
     task_.Target(data, environment.episode, state_.policy.action(e),
-                 absl::MakeSpan(state_.target), state_.work.get());
+                 absl::MakeSpan(state_.target), state_.work.get(),
+                 ConditionsOf(environment));
     clock_.Lap(&stages_.observe);
-    const world::ActuationResult physics = task_.Simulate(
-        data, state_.target, absl::MakeSpan(environment.previous_target));
+    const world::ActuationResult physics =
+        task_.Simulate(data, environment.episode, state_.target,
+                       absl::MakeSpan(environment.previous_target),
+                       ConditionsOf(environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
     return task_.Finish(data, physics, &environment.episode, state_.work.get());
   }

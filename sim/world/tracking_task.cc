@@ -26,6 +26,12 @@ int Substeps(const v1::Physics& physics) {
       std::lround(physics.physics_hz() / physics.control_hz()));
 }
 
+void AddOffsets(const Conditions& conditions, absl::Span<double> position) {
+  for (size_t j = 0; j < position.size(); ++j) {
+    position[j] += conditions.joint_offset[j];
+  }
+}
+
 std::string BodyName(const mjModel* model, int body) {
   const char* name = mj_id2name(model, mjOBJ_BODY, body);
   return name == nullptr ? "" : name;
@@ -43,15 +49,24 @@ absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
                              static_cast<int>(character.tracked().size()),
                              static_cast<int>(character.joints().size()),
                              static_cast<int>(character.foot_bodies().size())));
+  SINEW_ASSIGN_OR_RETURN(
+      Actuation actuation,
+      Actuation::Create(recipe.task().actuator_model(), character,
+                        Substeps(recipe.physics()),
+                        recipe.task().action().ramp()));
+  SINEW_ASSIGN_OR_RETURN(Randomisation randomisation,
+                         Randomisation::Create(recipe, character));
   return std::unique_ptr<TrackingTask>(new TrackingTask(
-      recipe, character, library, fallen, std::move(observation)));
+      recipe, character, library, fallen, std::move(observation),
+      std::move(actuation), std::move(randomisation)));
 }
 
 TrackingTask::TrackingTask(const v1::Recipe& recipe,
                            const character::Character& character,
                            const motion::Library& library,
                            const FallenStates* fallen,
-                           ObservationBuilder observation)
+                           ObservationBuilder observation, Actuation actuation,
+                           Randomisation randomisation)
     : recipe_(recipe),
       character_(&character),
       library_(&library),
@@ -59,9 +74,9 @@ TrackingTask::TrackingTask(const v1::Recipe& recipe,
       reader_(character),
       observation_(std::move(observation)),
       action_(recipe.task().action(), character.joints()),
-      actuation_(character, Substeps(recipe.physics()),
-                 recipe.task().action().ramp()),
+      actuation_(std::move(actuation)),
       recovery_(recipe.task().recovery()),
+      randomisation_(std::move(randomisation)),
       fresh_row_(FreshRow(character.model())) {}
 
 std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
@@ -79,6 +94,10 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   work->no_contact.resize(work->self_contact.size());
   work->noise.resize(2 * reader_.num_joints());
   work->joint_position.resize(reader_.num_joints());
+  if (randomisation_.on()) {
+    work->sensed = work->body;
+    work->variant = std::make_unique<ModelVariant>(*character_);
+  }
   return work;
 }
 
@@ -197,6 +216,13 @@ void TrackingTask::Place(const BodyStart& start, mjData* data,
   for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
 }
 
+void TrackingTask::DrawConditions(const RandomKey& key, Conditions* conditions,
+                                  Workspace* work) const {
+  if (!randomisation_.on()) return;
+  randomisation_.Draw(key, conditions);
+  work->variant->Compute(conditions);
+}
+
 void TrackingTask::Refresh(mjData* data, Workspace* work) const {
   reader_.Read(data, &work->body);
 }
@@ -210,21 +236,28 @@ void TrackingTask::ReadJoints(const mjData* data,
 
 void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
-                           absl::Span<float> out, Workspace* work) const {
+                           absl::Span<float> out, Workspace* work,
+                           const Conditions* conditions) const {
   const int64_t current = CurrentFrame(episode);
+  const BodyState* body = &work->body;
+  if (conditions != nullptr) {
+    work->sensed = work->body;
+    AddOffsets(*conditions, absl::MakeSpan(work->sensed.joint_position));
+    body = &work->sensed;
+  }
   for (size_t i = 0; i < work->ahead.size(); ++i) {
     work->ahead_frames[i]->Load(episode.clip,
                                 current + observation_.frames_ahead()[i]);
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
     const bool hidden =
-        recovery_.on() && recovery_.Hide(work->body, &work->ahead[i]);
+        recovery_.on() && recovery_.Hide(*body, &work->ahead[i]);
     work->ahead_contact[i] = hidden ? work->no_contact.data()
                                     : work->ahead_frames[i]->view().contact;
   }
   if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     ReadFootContacts(*character_, data, absl::MakeSpan(work->self_contact));
   }
-  observation_.Build({.body = &work->body,
+  observation_.Build({.body = body,
                       .reference = work->ahead,
                       .reference_contact = work->ahead_contact,
                       .previous_target = previous_target,
@@ -234,9 +267,13 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
 
 void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
-                          absl::Span<double> target, Workspace* work) const {
+                          absl::Span<double> target, Workspace* work,
+                          const Conditions* conditions) const {
   work->frame->Load(episode.clip, CurrentFrame(episode) + 1);
   ReadJoints(data, absl::MakeSpan(work->joint_position));
+  if (conditions != nullptr) {
+    AddOffsets(*conditions, absl::MakeSpan(work->joint_position));
+  }
   if (recovery_.on() && IsFar(data, work->frame->view())) {
     action_.TargetOutOfSight(work->joint_position, action, target);
     return;
@@ -262,11 +299,34 @@ ActuationResult TrackingTask::Simulate(
   return result;
 }
 
+ActuationResult TrackingTask::Simulate(mjData* data, const Episode& episode,
+                                       absl::Span<const double> target,
+                                       absl::Span<double> previous_target,
+                                       const Conditions* conditions,
+                                       Workspace* work) const {
+  if (conditions == nullptr) return Simulate(data, target, previous_target);
+  const Push push = randomisation_.PushAt(*conditions, episode.step);
+  double* force = data->xfrc_applied + 6 * push.body;
+  if (push.body > 0) std::copy_n(push.force, 3, force);
+  const ActuationResult result =
+      actuation_.Run(previous_target, target,
+                     {.model = work->variant->Use(*conditions),
+                      .joint_offset = conditions->joint_offset,
+                      .gain_scale = conditions->gain_scale},
+                     data);
+  if (push.body > 0) std::fill_n(force, 3, 0.0);
+  std::copy(target.begin(), target.end(), previous_target.begin());
+  return result;
+}
+
 StepResult TrackingTask::Step(mjData* data, absl::Span<const double> target,
                               Episode* episode,
                               absl::Span<double> previous_target,
-                              Workspace* work) const {
-  return Finish(data, Simulate(data, target, previous_target), episode, work);
+                              Workspace* work,
+                              const Conditions* conditions) const {
+  return Finish(
+      data, Simulate(data, *episode, target, previous_target, conditions, work),
+      episode, work);
 }
 
 StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,

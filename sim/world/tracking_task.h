@@ -19,7 +19,9 @@
 #include "sim/world/body_state.h"
 #include "sim/world/episode.h"
 #include "sim/world/fallen_states.h"
+#include "sim/world/model_variant.h"
 #include "sim/world/observation.h"
+#include "sim/world/randomisation.h"
 #include "sim/world/recovery.h"
 #include "sim/world/start.h"
 
@@ -90,6 +92,10 @@ class TrackingTask {
     std::unique_ptr<motion::ReferenceFrame> frame;
     std::vector<float> self_contact, noise;
     std::vector<float> no_contact;  // [F] zeros
+    // Where the recipe randomises: the body as its encoders have it, and the
+    // model with its masses.
+    BodyState sensed;
+    std::unique_ptr<ModelVariant> variant;
     std::vector<double> joint_position;
   };
 
@@ -110,6 +116,7 @@ class TrackingTask {
   const motion::Library& library() const { return *library_; }
   const v1::Recipe& recipe() const { return recipe_; }
   const RecoveryLaw& recovery() const { return recovery_; }
+  const Randomisation& randomisation() const { return randomisation_; }
   int num_fallen_states() const {
     return fallen_ == nullptr ? 0 : fallen_->size();
   }
@@ -134,6 +141,16 @@ class TrackingTask {
              Episode* episode, absl::Span<double> previous_target,
              Workspace* work) const;
 
+  // Of an environment, for DrawConditions.
+  Conditions MakeConditions() const { return randomisation_.MakeConditions(); }
+
+  // What an episode has of its own, by (seed, environment, episode) of the key.
+  // Observe, Target and Step of the episode take it; null: the nominal body.
+  // Does nothing unless the recipe randomises; does not allocate but the first
+  // time for these conditions.
+  void DrawConditions(const RandomKey& key, Conditions* conditions,
+                      Workspace* work) const;
+
   // Works out work->body from qpos and qvel.
   void Refresh(mjData* data, Workspace* work) const;
 
@@ -141,23 +158,29 @@ class TrackingTask {
   // data; not normalised. May place data's geoms (foot_contact.h).
   void Observe(mjData* data, const Episode& episode,
                absl::Span<const double> previous_target, absl::Span<float> out,
-               Workspace* work) const;
+               Workspace* work, const Conditions* conditions = nullptr) const;
 
   // Target of this control step, [J] rad, from the policy's action [J].
   void Target(const mjData* data, const Episode& episode,
               absl::Span<const float> action, absl::Span<double> target,
-              Workspace* work) const;
+              Workspace* work, const Conditions* conditions = nullptr) const;
 
   // One control step under `target`: physics, reward, termination;
   // advances the episode (step + 1, sums) and copies target into
   // previous_target. Never resets. Is Finish after Simulate.
   StepResult Step(mjData* data, absl::Span<const double> target,
                   Episode* episode, absl::Span<double> previous_target,
-                  Workspace* work) const;
+                  Workspace* work,
+                  const Conditions* conditions = nullptr) const;
 
   // The physics half of Step alone: what needs no reference.
   ActuationResult Simulate(mjData* data, absl::Span<const double> target,
                            absl::Span<double> previous_target) const;
+  // The same under conditions (null: as above), at the episode's state.
+  ActuationResult Simulate(mjData* data, const Episode& episode,
+                           absl::Span<const double> target,
+                           absl::Span<double> previous_target,
+                           const Conditions* conditions, Workspace* work) const;
 
   // The other half: compares the state with the frame after the episode's
   // current one, advances the episode. Leaves work->body and work->reference.
@@ -167,7 +190,8 @@ class TrackingTask {
  private:
   TrackingTask(const v1::Recipe& recipe, const character::Character& character,
                const motion::Library& library, const FallenStates* fallen,
-               ObservationBuilder observation);
+               ObservationBuilder observation, Actuation actuation,
+               Randomisation randomisation);
   void Place(const BodyStart& start, mjData* data,
              absl::Span<double> previous_target) const;
   // Whether the reference's root is too far from the body's to be seen.
@@ -185,6 +209,7 @@ class TrackingTask {
   ActionLaw action_;
   Actuation actuation_;
   RecoveryLaw recovery_;
+  Randomisation randomisation_;
   std::vector<double> fresh_row_;  // physics row of a new mjData
 };
 
