@@ -2,8 +2,8 @@
 #define SINEW_SIM_WORLD_FALLEN_STATES_H_
 
 #include <cstdint>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"

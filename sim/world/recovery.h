@@ -40,7 +40,7 @@ struct BodyStart {
 class RecoveryLaw {
  public:
   // `recipe` has its defaults filled.
-  explicit RecoveryLaw(const v1::Recovery& recipe) : recipe_(recipe) {}
+  explicit RecoveryLaw(const v1::Recovery& recipe = {}) : recipe_(recipe) {}
 
   // Whether any episode starts otherwise than on the reference. Else no other
   // method may be called.
