@@ -173,7 +173,10 @@ TEST(BodyGoal, IsABlockOfTheObservationForEachFrameAhead) {
   const BodyState body = Draw(1);
   const std::vector<BodyState> goals = {Draw(2), Draw(3)};
   std::vector<float> found(builder->width());
-  builder->Build({.body = &body, .reference = goals}, absl::MakeSpan(found));
+  ObservationInput input;
+  input.body = &body;
+  input.reference = goals;
+  builder->Build(input, absl::MakeSpan(found));
 
   std::vector<float> expected;
   for (const BodyState& goal : goals) {
@@ -187,8 +190,9 @@ TEST(BodyGoal, IsABlockOfTheObservationForEachFrameAhead) {
   EXPECT_EQ(builder->width(), 2 * 3 * (9 + 24));
   EXPECT_EQ(found, expected);
 
-  const std::vector<std::string> names =
-      builder->Names({.bodies = {"root", "left", "right"}});
+  ObservationNames bodies;
+  bodies.bodies = {"root", "left", "right"};
+  const std::vector<std::string> names = builder->Names(bodies);
   ASSERT_EQ(names.size(), found.size());
   EXPECT_EQ(names[0], "keypoint+1/position_difference/root/x");
   EXPECT_EQ(names[27 + 9 + 5], "keypoint+4/linear_velocity_difference/left/z");
