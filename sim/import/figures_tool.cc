@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <string>
 #include <variant>
 #include <vector>
@@ -43,20 +44,32 @@ absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
   return FitRobotClip(model, std::get<RobotClip>(source), options);
 }
 
-// Mean distance of hands and feet from the source's, scaled with the
-// legs, both seen from the middle of the hips, m.
-double EndsApart(const ImportModel& model, const SourceClip& clip,
-                 const Retargeted& played, double rate) {
+double Mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+constexpr const char* kEnds[] = {"left_wrist", "right_wrist", "left_ankle",
+                                 "right_ankle"};
+
+// Mean distance of each of kEnds from the source's, scaled with the legs, both
+// seen from the middle of the hips, m; empty: not told.
+std::vector<double> EndsApart(const ImportModel& model, const SourceClip& clip,
+                              const Retargeted& played, double rate) {
   const auto roles = LoadSkeletonMap(played.map);
-  if (!roles.ok()) return 0;
+  if (!roles.ok()) return {};
   const auto track =
       MakeRoleTrack(MakeTrack(clip, rate), clip.skeleton, *roles);
-  if (!track.ok() || track->frames() != played.motion.frames()) return 0;
+  if (!track.ok() || track->frames() != played.motion.frames()) return {};
   const auto map = MakeBodyMap(*track, model);
-  if (!map.ok()) return 0;
+  if (!map.ok()) return {};
+  for (const char* end : kEnds) {
+    const int role = track->Find(end);
+    if (role < 0 || map->FindPoint(role) < 0) return {};
+  }
   Dynamics dynamics(model);
-  double sum = 0;
-  int count = 0;
+  std::vector<double> apart(std::size(kEnds), 0);
   for (int t = 0; t < track->frames(); ++t) {
     dynamics.SetPose(played.motion.qpos[t]);
     const auto ours = [&](const char* role) {
@@ -69,16 +82,14 @@ double EndsApart(const ImportModel& model, const SourceClip& clip,
     const Eigen::Vector3d hips = (ours("left_hip") + ours("right_hip")) / 2;
     const Eigen::Vector3d source_hips =
         (source("left_hip") + source("right_hip")) / 2;
-    for (const char* end :
-         {"left_wrist", "right_wrist", "left_ankle", "right_ankle"}) {
-      const int role = track->Find(end);
-      if (role < 0 || map->FindPoint(role) < 0) continue;
-      sum +=
-          (ours(end) - hips - map->scale * (source(end) - source_hips)).norm();
-      ++count;
+    for (size_t i = 0; i < apart.size(); ++i) {
+      apart[i] += (ours(kEnds[i]) - hips -
+                   map->scale * (source(kEnds[i]) - source_hips))
+                      .norm() /
+                  track->frames();
     }
   }
-  return count == 0 ? 0 : sum / count;
+  return apart;
 }
 
 void Print(const std::string& name, const Retargeted& played, double seconds) {
@@ -129,12 +140,6 @@ std::vector<double> Apart(const ImportModel& model,
     }
   }
   return sums;
-}
-
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
 }
 
 // Mean angle between the roots, rad.
@@ -200,8 +205,14 @@ absl::Status PrintFile(const ImportModel& model, const std::vector<int>& ends,
         static_cast<double>(std::clock() - start) /
             static_cast<double>(CLOCKS_PER_SEC));
   if (const auto* clip = std::get_if<SourceClip>(&source)) {
-    absl::PrintF("  ends apart from the scaled source: %.1f cm\n",
-                 100 * EndsApart(model, *clip, played, flags.options.rate));
+    const std::vector<double> apart =
+        EndsApart(model, *clip, played, flags.options.rate);
+    if (!apart.empty()) {
+      absl::PrintF("  ends apart from the scaled source: %.1f cm; each: ",
+                   100 * Mean(apart));
+      for (const double end : apart) absl::PrintF("%.1f ", 100 * end);
+      absl::PrintF("\n");
+    }
   }
   for (const std::string& warning : played.warnings) {
     absl::PrintF("  %s\n", warning);

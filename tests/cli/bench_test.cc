@@ -35,14 +35,15 @@ TEST(Bench, MeasuresEverySectionWithTheDefaultRecipe) {
   ASSERT_THAT(status, IsOk());
   ASSERT_EQ(status->code, 0) << *ReadFile(log);
   const auto result = nlohmann::json::parse(*ReadFile(out));
-  for (const char* path :
-       {"/actor/ratio", "/actor/two_threads/ratio", "/actor/other_us",
-        "/actor/products_us", "/learner/gemm_ratio", "/learner/two_rank_ratio",
-        "/transport/gb_per_s"}) {
+  for (const char* path : {"/actor/ratio", "/actor/two_threads/ratio",
+                           "/actor/products_us", "/learner/gemm_ratio",
+                           "/learner/two_rank_ratio", "/transport/gb_per_s"}) {
     const nlohmann::json::json_pointer pointer(path);
     ASSERT_TRUE(result.contains(pointer)) << path << " in " << result.dump(2);
     EXPECT_GT(result.at(pointer).get<double>(), 0) << path;
   }
+  // A difference of two times, which other load may make negative.
+  EXPECT_TRUE(result["actor"]["other_us"].is_number()) << result.dump(2);
 }
 
 }  // namespace

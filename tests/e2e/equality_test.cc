@@ -1,17 +1,25 @@
 // However a run is carried out, it ends with the same bits.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
+#include "common/testing/matchers.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
 namespace {
+
+using ::sinew::testing::IsOk;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kIterations = 6;
 
@@ -99,11 +107,19 @@ TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
   ASSERT_TRUE(status.ok() && status->ok())
       << rig.Output("learner") << rig.Output("actor1");
   EXPECT_EQ(tests::Fingerprint(LatestState(rig.Path("store"))), expected);
-  // The actors go when the learner does.
-  for (const auto& process : {first.get(), second.get()}) {
-    const auto end = process->Wait(absl::Minutes(1));
-    EXPECT_TRUE(end.ok() && end->ok()) << rig.Output("actor1");
+  // An actor goes when the learner does; one that was so slow to start that it
+  // never met the learner says so.
+  int served = 0;
+  for (const auto& [name, process] :
+       {std::pair("actor1", first.get()), std::pair("actor2", second.get())}) {
+    const auto end = process->Wait(absl::Minutes(3));
+    ASSERT_THAT(end, IsOk()) << rig.Output(name);
+    served += end->ok();
+    if (end->ok()) continue;
+    EXPECT_THAT(rig.Output(name), AllOf(HasSubstr("no learner at"),
+                                        Not(HasSubstr("registered"))));
   }
+  EXPECT_GT(served, 0);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: actor_benchmark LIBRARY [rounds]\n");
     return 2;
   }
-  const absl::Status status = Run(argv[1], argc > 2 ? std::atoi(argv[2]) : 12);
+  const absl::Status status = Run(argv[1], argc > 2 ? std::atoi(argv[2]) : 6);
   if (!status.ok()) std::fprintf(stderr, "%s\n", status.ToString().c_str());
   return status.ok() ? 0 : 1;
 }

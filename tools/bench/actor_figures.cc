@@ -1,6 +1,7 @@
 #include "tools/bench/actor_figures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <thread>
 #include <utility>
@@ -137,30 +138,41 @@ class Bench {
     return absl::OkStatus();
   }
 
-  absl::Status Round(Rounds* rounds) {
+  // Seconds of the order's whole rollout, as training runs it.
+  absl::StatusOr<double> TimeRollout() {
     const double begin = ThreadSeconds();
-    SINEW_ASSIGN_OR_RETURN(const v1::Segment segment,
-                           worker_->Run(order_, snapshot_));
+    SINEW_ASSIGN_OR_RETURN(segment_, worker_->Run(order_, snapshot_));
     bytes_.clear();
-    segment.AppendToString(&bytes_);
-    const double rollout = ThreadSeconds() - begin;
+    segment_.AppendToString(&bytes_);
+    return ThreadSeconds() - begin;
+  }
 
-    SINEW_RETURN_IF_ERROR(PrepareRaw());
-    const double raw_begin = ThreadSeconds();
-    const int64_t raw_steps = raw_.Run();
-    const double raw = ThreadSeconds() - raw_begin;
-
-    const double products_begin = ThreadSeconds();
+  double TimeProducts() {
+    const double begin = ThreadSeconds();
     for (int i = 0; i < options_.horizon; ++i) {
       products_->Run(options_.environments);
     }
-    const double products = ThreadSeconds() - products_begin;
-    *order_.mutable_states() = segment.end_states();
+    return ThreadSeconds() - begin;
+  }
+
+  absl::Status Round(Rounds* rounds) {
+    SINEW_RETURN_IF_ERROR(PrepareRaw());
+    double rollout = INFINITY, raw = INFINITY, products = INFINITY;
+    int64_t raw_steps = 0;
+    for (int i = 0; i < options_.repetitions; ++i) {
+      SINEW_ASSIGN_OR_RETURN(const double seconds, TimeRollout());
+      rollout = std::min(rollout, seconds);
+      const double begin = ThreadSeconds();
+      raw_steps = raw_.Run();
+      raw = std::min(raw, ThreadSeconds() - begin);
+      products = std::min(products, TimeProducts());
+    }
+    *order_.mutable_states() = segment_.end_states();
     order_.set_order_id(order_.order_id() + 1);
     if (raw_steps == 0) return absl::OkStatus();
 
     const double control_steps = options_.environments * options_.horizon;
-    const auto steps = static_cast<double>(segment.physics_steps());
+    const auto steps = static_cast<double>(segment_.physics_steps());
     rounds->rollout_rate.push_back(steps / rollout);
     rounds->raw_rate.push_back(static_cast<double>(raw_steps) / raw);
     rounds->ratio.push_back(rounds->rollout_rate.back() /
@@ -180,6 +192,7 @@ class Bench {
   std::unique_ptr<actor::RolloutWorker> worker_;
   std::unique_ptr<policy::Executor> products_;
   v1::Order order_;
+  v1::Segment segment_;  // of the rollout timed last
   std::string bytes_;
 };
 
@@ -189,10 +202,10 @@ absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,
     const std::shared_ptr<const actor::RolloutAssets>& assets,
     const v1::Snapshot& snapshot) {
-  if (options.threads < 1 || options.rounds < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("threads and rounds: expected >= 1, found ",
-                     options.threads, " and ", options.rounds));
+  if (options.threads < 1 || options.rounds < 1 || options.repetitions < 1) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "threads, rounds and repetitions: expected >= 1, found ",
+        options.threads, ", ", options.rounds, " and ", options.repetitions));
   }
   SINEW_ASSIGN_OR_RETURN(
       const auto prepared,

@@ -11,11 +11,12 @@ namespace sinew::bench {
 
 // How much of an actor's time is physics. A round of a thread runs one training
 // order with its RolloutWorker (observation, policy, reward, encoding, the
-// segment's bytes) and then steps the same states under the same torques in a
-// plain loop around mj_step (all but the first step of each episode); that both
-// go through the same states is checked bit for bit. Times
-// are CPU seconds of the thread, so that other load on the machine counts as
-// little as it can; a figure is the median over rounds and threads.
+// segment's bytes) and steps the same states under the same torques in a plain
+// loop around mj_step (all but the first step of each episode); that both go
+// through the same states is checked bit for bit. Both, and the policy's
+// products, are timed in turns, and the fastest of each turn's kind counts:
+// what else runs on the machine only ever adds to a time. Times are CPU seconds
+// of the thread; a figure is the median over rounds and threads.
 struct ActorFigures {
   int threads = 0;
   // mj_step per second inside rollouts, over raw_steps_per_s.
@@ -31,14 +32,15 @@ struct ActorFigures {
 
 struct ActorOptions {
   int threads = 1;       // >= 1
-  int rounds = 12;       // per thread, >= 1
+  int rounds = 6;        // per thread, >= 1
+  int repetitions = 5;   // of a round's measurements, >= 1
   int environments = 8;  // per order
   int horizon = 64;      // control steps of an order
 };
 
 // `snapshot` acts; its policy should survive, as a trained one does.
 //
-// Blocking: about a second per ten rounds. Errors: those of RolloutWorker;
+// Blocking: about a second per round. Errors: those of RolloutWorker;
 // INTERNAL if the raw loop does not reproduce the rollout's states.
 absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,

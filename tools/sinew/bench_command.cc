@@ -40,7 +40,7 @@ struct BenchOptions {
   std::string recipe = "track_clip";
   std::string character = "humanoid";
   std::string motions;  // empty: the walk of the pybullet wheel
-  int rounds = 24;      // rollouts per thread
+  int rounds = 8;       // orders per thread
   int updates = 6;      // of each learner
 };
 
@@ -90,7 +90,9 @@ Json Context() {
           {"cpu_class", CpuClass()},
           {"cpus", AvailableCpus()},
           {"build", BuildIdentity()},
-          {"clock", "CPU seconds of each thread, medians over rounds"}};
+          {"clock",
+           "CPU seconds of each thread, the fastest of a round, medians over "
+           "rounds"}};
 }
 
 Json ActorJson(const bench::ActorFigures& figures) {
@@ -247,7 +249,7 @@ void AddBenchCommand(CLI::App& app, Action& action) {
   command->add_option("--character", options->character, "name or file");
   command->add_option("--motions", options->motions,
                       "motion library; a walking clip if unset");
-  command->add_option("--rounds", options->rounds, "rollouts per thread");
+  command->add_option("--rounds", options->rounds, "orders per thread");
   command->add_option("--updates", options->updates, "of each learner");
 }
 
