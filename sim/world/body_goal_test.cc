@@ -110,7 +110,7 @@ TEST_F(YawTest, KeypointsAreWhatTheirDefinitionSays) {
   }
 
   EXPECT_THAT(Keypoints(body_, goal_),
-              ::testing::Pointwise(::testing::FloatNear(1e-5), expected));
+              ::testing::Pointwise(::testing::FloatNear(1e-5F), expected));
 }
 
 TEST_F(YawTest, BodyGoalsAreWhatTheirDefinitionSays) {
@@ -134,7 +134,7 @@ TEST_F(YawTest, BodyGoalsAreWhatTheirDefinitionSays) {
   }
 
   EXPECT_THAT(Bodies(body_, goal_),
-              ::testing::Pointwise(::testing::FloatNear(1e-5), expected));
+              ::testing::Pointwise(::testing::FloatNear(1e-5F), expected));
 }
 
 TEST(BodyGoal, DoesNotDependOnWhereTheWorldIsAndHowItIsTurned) {
@@ -146,10 +146,10 @@ TEST(BodyGoal, DoesNotDependOnWhereTheWorldIsAndHowItIsTurned) {
 
   EXPECT_THAT(
       Keypoints(moved_body, moved_goal),
-      ::testing::Pointwise(::testing::FloatNear(2e-5), Keypoints(body, goal)));
+      ::testing::Pointwise(::testing::FloatNear(2e-5F), Keypoints(body, goal)));
   EXPECT_THAT(
       Bodies(moved_body, moved_goal),
-      ::testing::Pointwise(::testing::FloatNear(2e-5), Bodies(body, goal)));
+      ::testing::Pointwise(::testing::FloatNear(2e-5F), Bodies(body, goal)));
 }
 
 TEST(BodyGoal, KeypointsSeeNoRotation) {

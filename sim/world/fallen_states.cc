@@ -161,7 +161,8 @@ absl::StatusOr<FallenStates> FallenStates::Make(
     return Error("character " + character.name(), "count", ">= 1",
                  absl::StrCat(count));
   }
-  FallenStates states(character.model()->nq, character.digest());
+  FallenStates states(static_cast<int>(character.model()->nq),
+                      character.digest());
   states.made_from_ =
       absl::StrCat("seed ", seed, ", ", recipe.physics().physics_hz(), " Hz");
   Dropper dropper(character, recipe.physics());
@@ -190,18 +191,18 @@ absl::StatusOr<FallenStates> FallenStates::Parse(
   SINEW_ASSIGN_OR_RETURN(const TensorMap tensors,
                          ParseSafetensors(bytes, source));
   const mjModel* model = character.model();
+  const int width = static_cast<int>(model->nq);
   const auto found = tensors.find(kTensor);
   if (found == tensors.end() || found->second.dtype != v1::DATA_TYPE_FLOAT64 ||
       found->second.shape.size() != 2 || found->second.shape[0] < 1 ||
-      found->second.shape[1] != model->nq) {
-    return Error(source, kTensor,
-                 absl::StrCat("float64 [N >= 1, ", model->nq, "]"),
+      found->second.shape[1] != width) {
+    return Error(source, kTensor, absl::StrCat("float64 [N >= 1, ", width, "]"),
                  "something else or none");
   }
   const absl::Span<const double> qpos = found->second.float64();
   SINEW_RETURN_IF_ERROR(CheckPositions(
-      qpos, model->nq, model->jnt_qposadr[model->body_jntadr[1]], source));
-  FallenStates states(model->nq, character.digest());
+      qpos, width, model->jnt_qposadr[model->body_jntadr[1]], source));
+  FallenStates states(width, character.digest());
   const auto made_from = view.metadata.find("made_from");
   if (made_from != view.metadata.end()) states.made_from_ = made_from->second;
   states.qpos_.assign(qpos.begin(), qpos.end());

@@ -40,7 +40,7 @@ absl::StatusOr<Randomisation> Randomisation::Create(
   random.on_ = options.mass() > 0 || options.friction() > 0 ||
                options.joint_offset() > 0 || options.gain() > 0 ||
                options.push_impulse() > 0;
-  random.num_bodies_ = character.model()->nbody;
+  random.num_bodies_ = static_cast<int>(character.model()->nbody);
   random.num_joints_ = static_cast<int>(character.joints().size());
   if (options.push_impulse() > 0) {
     const double hz = recipe.physics().control_hz();
