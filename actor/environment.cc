@@ -34,6 +34,31 @@ absl::Status CheckNumbers(int index, absl::string_view field,
   return absl::OkStatus();
 }
 
+absl::Status CheckRecovery(const v1::EnvironmentState& state, int index,
+                           const world::TrackingTask& task) {
+  if (!v1::StartKind_IsValid(state.start_kind())) {
+    return Error(index, "start_kind", v1::StartKind_MIN, v1::StartKind_MAX,
+                 state.start_kind());
+  }
+  const int64_t steps =
+      task.recovery().on() ? task.recipe().task().recovery().steps() : 0;
+  const int64_t left = state.recovery_steps_left();
+  if (left < 0 || left > steps) {
+    return Error(index, "recovery_steps_left", 0, steps, left);
+  }
+  const int64_t frozen = state.frozen_steps();
+  const int64_t most = std::min<int64_t>(steps - left, state.step());
+  if (frozen < 0 || frozen > most) {
+    return Error(index, "frozen_steps", 0, most, frozen);
+  }
+  if (!(std::isfinite(state.goal_distance()) && state.goal_distance() >= 0)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "order.states[", index, "].goal_distance: expected >= 0, found ",
+        state.goal_distance()));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckEpisode(const v1::EnvironmentState& state, int index,
                           const world::TrackingTask& task) {
   const motion::Library& library = task.library();
@@ -45,10 +70,11 @@ absl::Status CheckEpisode(const v1::EnvironmentState& state, int index,
   if (state.start_frame() < 0 || state.start_frame() > last_start) {
     return Error(index, "start_frame", 0, last_start, state.start_frame());
   }
+  SINEW_RETURN_IF_ERROR(CheckRecovery(state, index, task));
   const int64_t last_step =
       std::min<int64_t>(task.recipe().task().max_episode_steps(),
                         motion::LastFrame(clip) - state.start_frame()) -
-      1;
+      1 + state.frozen_steps();
   if (state.step() < 0 || state.step() > last_step) {
     return Error(index, "step", 0, last_step, state.step());
   }
@@ -89,6 +115,10 @@ absl::Status LoadState(const v1::EnvironmentState& state, int index,
   environment->episode.start_frame = state.start_frame();
   environment->episode.episode_return = state.episode_return();
   environment->episode.episode_error = state.episode_error();
+  environment->episode.start_kind = state.start_kind();
+  environment->episode.recovery_steps_left = state.recovery_steps_left();
+  environment->episode.frozen_steps = state.frozen_steps();
+  environment->episode.goal_distance = state.goal_distance();
   return absl::OkStatus();
 }
 
@@ -105,6 +135,10 @@ void SaveState(const Environment& environment, absl::Span<const double> physics,
   state->set_start_frame(environment.episode.start_frame);
   state->set_episode_return(environment.episode.episode_return);
   state->set_episode_error(environment.episode.episode_error);
+  state->set_start_kind(environment.episode.start_kind);
+  state->set_recovery_steps_left(environment.episode.recovery_steps_left);
+  state->set_frozen_steps(environment.episode.frozen_steps);
+  state->set_goal_distance(environment.episode.goal_distance);
 }
 
 void BeginNextEpisode(Environment* environment) {

@@ -18,6 +18,9 @@ struct Environment {
   bool fresh = true;  // no physics: the episode begins at the next step
   world::Episode episode;
   std::vector<double> previous_target;  // [J] rad
+  // Of the current episode, drawn again wherever it goes on; unused unless the
+  // recipe randomises.
+  world::Conditions conditions;
 };
 
 // Checks that `state` fits `task` (sizes, finiteness, ranges) and loads it;

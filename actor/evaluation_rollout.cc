@@ -3,6 +3,7 @@
 #include "actor/worker_state.h"
 #include "common/status_macros.h"
 #include "sim/metrics/tracking_errors.h"
+#include "sim/world/recovery.h"
 
 namespace sinew::actor {
 namespace {
@@ -52,15 +53,46 @@ class EvaluationRollout {
                            .step = 0,
                            .clip = from.clip(),
                            .start_frame = from.start_frame()};
+    if (ConditionsOf(environment) != nullptr) {
+      task_.DrawConditions(ConditionsKey(from), &environment.conditions,
+                           state_.work.get());
+    }
+    const world::BodyStart body = StartOf(from);
     state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
-      task_.Reset(environment.episode, /*noise=*/nullptr, data,
+      task_.Begin(body, /*noise=*/nullptr, data, &environment.episode,
                   absl::MakeSpan(environment.previous_target),
                   state_.work.get());
     });
     errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
                          task_.recipe().physics().control_hz());
     failed_at_.push_back(-1);
+    watches_.emplace_back(task_.character(), max_distance_);
     live_.push_back(start);
+  }
+
+  // Of a start, whichever order it stands in; apart from those of training.
+  RandomKey ConditionsKey(const v1::EvaluationStart& from) const {
+    const uint64_t fallen = from.has_fallen_state()
+                                ? static_cast<uint64_t>(from.fallen_state()) + 1
+                                : 0;
+    return {.seed = order_.seed(),
+            .environment = fallen << 40 | uint64_t{1} << 32 |
+                           static_cast<uint64_t>(from.clip()),
+            .episode = static_cast<uint64_t>(from.start_frame())};
+  }
+  const world::Conditions* ConditionsOf(const Environment& environment) const {
+    const world::Randomisation& random = task_.randomisation();
+    return random.on() && random.in_evaluation() ? &environment.conditions
+                                                 : nullptr;
+  }
+
+  static world::BodyStart StartOf(const v1::EvaluationStart& from) {
+    world::BodyStart body;
+    if (!from.has_fallen_state()) return body;
+    body.kind = v1::START_KIND_FALLEN;
+    body.fallen_state = from.fallen_state();
+    body.recovery_steps = from.recovery_steps();
+    return body;
   }
 
   void Observe(size_t row) {
@@ -70,7 +102,7 @@ class EvaluationRollout {
       task_.Refresh(data, state_.work.get());
       task_.Observe(data, environment.episode, environment.previous_target,
                     state_.policy.observation(static_cast<int>(row)),
-                    state_.work.get());
+                    state_.work.get(), ConditionsOf(environment));
     });
   }
 
@@ -97,10 +129,13 @@ class EvaluationRollout {
                                 Environment* environment) {
     task_.Target(data, environment->episode,
                  state_.policy.action(static_cast<int>(row)),
-                 absl::MakeSpan(state_.target), state_.work.get());
+                 absl::MakeSpan(state_.target), state_.work.get(),
+                 ConditionsOf(*environment));
     clock_.Lap(&stages_.observe);
-    const world::ActuationResult physics = task_.Simulate(
-        data, state_.target, absl::MakeSpan(environment->previous_target));
+    const world::ActuationResult physics =
+        task_.Simulate(data, environment->episode, state_.target,
+                       absl::MakeSpan(environment->previous_target),
+                       ConditionsOf(*environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
     physics_steps_ += task_.substeps();
     return task_.Finish(data, physics, &environment->episode,
@@ -116,7 +151,9 @@ class EvaluationRollout {
     }
     const double distance = errors_[start].Add(state_.work->body.position,
                                                state_.work->reference.position);
-    if (!(distance <= max_distance_)) {
+    if (order_.starts(start).has_fallen_state()) {
+      watches_[start].Add(distance, state_.work->body, state_.work->reference);
+    } else if (!(distance <= max_distance_)) {
       failed_at_[start] = frame;
       return false;
     }
@@ -153,6 +190,12 @@ class EvaluationRollout {
     result->set_sum_velocity(sums.velocity);
     result->set_sum_acceleration(sums.acceleration);
     for (double sum : sums.body_mm) result->add_sum_body_mm(sum);
+    if (!from.has_fallen_state()) return;
+    const int recovered_at =
+        failed_at_[start] < 0 ? watches_[start].recovered_at() : -1;
+    result->set_fallen_state(from.fallen_state());
+    result->set_recovered_at_frame(recovered_at);
+    result->set_success(recovered_at > 0);
   }
 
   const v1::Order& order_;
@@ -163,6 +206,7 @@ class EvaluationRollout {
   v1::Segment* const segment_;
   std::vector<metrics::TrackingErrors> errors_;  // by start
   std::vector<int> failed_at_;                   // by start
+  std::vector<world::RecoveryWatch> watches_;    // by start
   std::vector<int> live_;                        // starts still running
   StageClock clock_;
   Stages stages_;

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
 namespace {
@@ -14,7 +15,16 @@ absl::Status Error(const v1::Order& order, absl::string_view field,
                    expected, ", found ", found));
 }
 
-absl::Status CheckTraining(const v1::Order& order, int max_environments) {
+absl::Status CheckTraining(const v1::Order& order,
+                           const world::TrackingTask& task,
+                           int max_environments) {
+  if (task.recipe().task().recovery().fallen_share() > 0 &&
+      task.num_fallen_states() == 0) {
+    return Error(order, "assets_sha256",
+                 "assets of role \"fallen\", since recipe field "
+                 "task.recovery.fallen_share is not 0",
+                 "none");
+  }
   if (order.horizon() < 1) {
     return Error(order, "horizon", ">= 1", order.horizon());
   }
@@ -33,8 +43,30 @@ absl::Status CheckTraining(const v1::Order& order, int max_environments) {
   return absl::OkStatus();
 }
 
+absl::Status CheckFallen(const v1::Order& order, const std::string& field,
+                         const v1::EvaluationStart& start, int fallen_states) {
+  if (!start.has_fallen_state()) {
+    return start.recovery_steps() == 0
+               ? absl::OkStatus()
+               : Error(order, field + ".recovery_steps",
+                       "none without fallen_state", start.recovery_steps());
+  }
+  if (start.fallen_state() < 0 || start.fallen_state() >= fallen_states) {
+    return Error(order, field + ".fallen_state",
+                 absl::StrCat("an index below ", fallen_states,
+                              ", the states of asset \"fallen\""),
+                 start.fallen_state());
+  }
+  if (start.recovery_steps() < 0) {
+    return Error(order, field + ".recovery_steps", ">= 0",
+                 start.recovery_steps());
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckStart(const v1::Order& order, int index,
-                        const motion::Library& library) {
+                        const world::TrackingTask& task) {
+  const motion::Library& library = task.library();
   const v1::EvaluationStart& start = order.starts(index);
   const std::string field = absl::StrCat("starts[", index, "]");
   if (start.clip() < 0 || start.clip() >= library.num_clips()) {
@@ -47,7 +79,10 @@ absl::Status CheckStart(const v1::Order& order, int index,
     return Error(order, field + ".start_frame",
                  absl::StrCat("0 to ", last_start), start.start_frame());
   }
-  const int64_t most = motion::LastFrame(clip) - start.start_frame();
+  SINEW_RETURN_IF_ERROR(
+      CheckFallen(order, field, start, task.num_fallen_states()));
+  const int64_t most =
+      motion::LastFrame(clip) - start.start_frame() + start.recovery_steps();
   if (start.steps() < 1 || start.steps() > most) {
     return Error(order, field + ".steps", absl::StrCat("1 to ", most),
                  start.steps());
@@ -56,7 +91,7 @@ absl::Status CheckStart(const v1::Order& order, int index,
 }
 
 absl::Status CheckEvaluation(const v1::Order& order,
-                             const motion::Library& library,
+                             const world::TrackingTask& task,
                              int max_environments) {
   if (order.starts_size() < 1 || order.starts_size() > max_environments) {
     return Error(order, "starts", absl::StrCat("1 to ", max_environments),
@@ -67,7 +102,7 @@ absl::Status CheckEvaluation(const v1::Order& order,
                  order.states_size());
   }
   for (int i = 0; i < order.starts_size(); ++i) {
-    SINEW_RETURN_IF_ERROR(CheckStart(order, i, library));
+    SINEW_RETURN_IF_ERROR(CheckStart(order, i, task));
   }
   return absl::OkStatus();
 }
@@ -91,9 +126,9 @@ absl::Status CheckOrder(const v1::Order& order,
   }
   switch (order.kind()) {
     case v1::Order::KIND_TRAIN:
-      return CheckTraining(order, max_environments);
+      return CheckTraining(order, assets.task(), max_environments);
     case v1::Order::KIND_EVALUATE:
-      return CheckEvaluation(order, assets.task().library(), max_environments);
+      return CheckEvaluation(order, assets.task(), max_environments);
     default:
       return Error(order, "kind", "KIND_TRAIN or KIND_EVALUATE",
                    static_cast<int>(order.kind()));

@@ -34,7 +34,8 @@ namespace sinew::actor {
 // KIND_EVALUATE: noise zero, start noise zero, each start until its mean body
 // distance exceeds evaluation.max_mean_body_distance, or `steps` are survived;
 // one result per start, no columns. A divergence is a failure. Starts are
-// independent of each other.
+// independent of each other. A start that names a fallen state runs all its
+// steps and says from which frame on the body stood and tracked to the end.
 //
 // Thread-safety: one worker per thread. Ownership: shares assets. Blocking:
 // Run computes for milliseconds to seconds and checks `cancel` every control

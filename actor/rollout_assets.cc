@@ -11,7 +11,7 @@ namespace sinew::actor {
 absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
     absl::string_view character_text, absl::string_view model_binary,
     absl::string_view library_manifest, absl::string_view frames,
-    absl::string_view recipe_text) {
+    absl::string_view recipe_text, absl::string_view fallen) {
   SINEW_ASSIGN_OR_RETURN(v1::Recipe parsed,
                          ParseRecipe(recipe_text, "asset recipe"));
   const v1::Recipe recipe = WithDefaults(std::move(parsed));
@@ -22,19 +22,31 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<motion::Library> library,
       motion::Library::FromBytes(library_manifest, frames, "asset library"));
-  return FromParts(recipe, std::move(character), std::move(library));
+  std::unique_ptr<const world::FallenStates> fallen_states;
+  if (!fallen.empty()) {
+    SINEW_ASSIGN_OR_RETURN(
+        world::FallenStates parsed_states,
+        world::FallenStates::Parse(fallen, *character, "asset fallen"));
+    fallen_states =
+        std::make_unique<world::FallenStates>(std::move(parsed_states));
+  }
+  return FromParts(recipe, std::move(character), std::move(library),
+                   std::move(fallen_states));
 }
 
 absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
     const v1::Recipe& recipe,
     std::unique_ptr<const character::Character> character,
-    std::unique_ptr<const motion::Library> library) {
+    std::unique_ptr<const motion::Library> library,
+    std::unique_ptr<const world::FallenStates> fallen) {
   std::shared_ptr<RolloutAssets> assets(new RolloutAssets());
   assets->character_ = std::move(character);
   assets->library_ = std::move(library);
+  assets->fallen_ = std::move(fallen);
   SINEW_ASSIGN_OR_RETURN(
-      assets->task_, world::TrackingTask::Create(recipe, *assets->character_,
-                                                 *assets->library_));
+      assets->task_,
+      world::TrackingTask::Create(recipe, *assets->character_,
+                                  *assets->library_, assets->fallen_.get()));
   assets->layout_ = MakeSegmentLayout(assets->task_->observation_width(),
                                       assets->task_->action_width());
   assets->layout_sha256_ = LayoutSha256(assets->layout_);

@@ -8,6 +8,7 @@
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "sim/world/fallen_states.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
@@ -20,17 +21,19 @@ namespace sinew::actor {
 // the factories say which asset (role) does not fit, expected and found.
 class RolloutAssets {
  public:
-  // From the bytes of the assets, by role as in TaskAssets.
+  // From the bytes of the assets, by role as in TaskAssets; "fallen" may be
+  // empty, that is none.
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> Create(
       absl::string_view character_text, absl::string_view model_binary,
       absl::string_view library_manifest, absl::string_view frames,
-      absl::string_view recipe_text);
+      absl::string_view recipe_text, absl::string_view fallen = "");
 
   // From parts that are there already. `recipe` has its defaults filled.
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> FromParts(
       const v1::Recipe& recipe,
       std::unique_ptr<const character::Character> character,
-      std::unique_ptr<const motion::Library> library);
+      std::unique_ptr<const motion::Library> library,
+      std::unique_ptr<const world::FallenStates> fallen = nullptr);
 
   const world::TrackingTask& task() const { return *task_; }
   const v1::Recipe& recipe() const { return task_->recipe(); }
@@ -43,6 +46,7 @@ class RolloutAssets {
 
   std::unique_ptr<const character::Character> character_;
   std::unique_ptr<const motion::Library> library_;
+  std::unique_ptr<const world::FallenStates> fallen_;  // may be null
   std::unique_ptr<const world::TrackingTask> task_;
   v1::SegmentLayout layout_;
   std::string layout_sha256_;

@@ -44,6 +44,7 @@ class TrainRollout {
       SINEW_RETURN_IF_ERROR(LoadState(order_.states(e), e, task_, &environment,
                                       state_.batch.row(e)));
       if (environment.fresh) continue;
+      DrawConditions(&environment);
       state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
         task_.Refresh(data, state_.work.get());
         Observe(e, data);
@@ -57,7 +58,16 @@ class TrainRollout {
   void Observe(int e, mjData* data) {
     const Environment& environment = state_.environments[e];
     task_.Observe(data, environment.episode, environment.previous_target,
-                  state_.policy.observation(e), state_.work.get());
+                  state_.policy.observation(e), state_.work.get(),
+                  ConditionsOf(environment));
+  }
+
+  void DrawConditions(Environment* environment) {
+    task_.DrawConditions(Key(*environment, RandomPurpose::kModelField),
+                         &environment->conditions, state_.work.get());
+  }
+  const world::Conditions* ConditionsOf(const Environment& environment) const {
+    return task_.randomisation().on() ? &environment.conditions : nullptr;
   }
 
   RandomKey Key(const Environment& environment, RandomPurpose purpose) const {
@@ -84,8 +94,10 @@ class TrainRollout {
     episode.start_frame = start.frame;
     environment->fresh = false;
     const RandomKey noise = Key(*environment, RandomPurpose::kStartNoise);
+    const world::BodyStart body = task_.DrawStart(noise);
+    DrawConditions(environment);
     state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
-      task_.Reset(episode, &noise, data,
+      task_.Begin(body, &noise, data, &episode,
                   absl::MakeSpan(environment->previous_target),
                   state_.work.get());
       Observe(e, data);
@@ -131,19 +143,22 @@ class TrainRollout {
   world::StepResult StepPhysics(int e, mjData* data) {
     Environment& environment = state_.environments[e];
     task_.Target(data, environment.episode, state_.policy.action(e),
-                 absl::MakeSpan(state_.target), state_.work.get());
+                 absl::MakeSpan(state_.target), state_.work.get(),
+                 ConditionsOf(environment));
     clock_.Lap(&stages_.observe);
-    const world::ActuationResult physics = task_.Simulate(
-        data, state_.target, absl::MakeSpan(environment.previous_target));
+    const world::ActuationResult physics =
+        task_.Simulate(data, environment.episode, state_.target,
+                       absl::MakeSpan(environment.previous_target),
+                       ConditionsOf(environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
     return task_.Finish(data, physics, &environment.episode, state_.work.get());
   }
 
   // Row of the clip that is current at an episode's state.
   int32_t ClipRow(const world::Episode& episode) const {
-    const int64_t frame = int64_t{episode.start_frame} + episode.step;
     return static_cast<int32_t>(
-        frame % task_.library().clip(episode.clip).num_frames());
+        world::CurrentFrame(episode) %
+        task_.library().clip(episode.clip).num_frames());
   }
 
   void AfterStep(int step, int e, const world::StepResult& result) {
@@ -170,6 +185,7 @@ class TrainRollout {
                                         : v1::EpisodeEnd::REASON_TIME_LIMIT);
     end->set_clip(episode.clip);
     end->set_start_frame(episode.start_frame);
+    end->set_start_kind(episode.start_kind);
     end->set_steps(episode.step);
     end->set_episode_return(episode.episode_return);
     // A diverged step has no distance.

@@ -25,7 +25,11 @@ WorkerState::WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
       work(task.MakeWorkspace()),
       policy(batch.size()),
       environments(batch.size()),
-      target(task.action_width(), 0.0) {}
+      target(task.action_width(), 0.0) {
+  for (Environment& environment : environments) {
+    environment.conditions = task.MakeConditions();
+  }
+}
 
 absl::Status CheckCancelled(const std::atomic<bool>* cancel,
                             const v1::Order& order) {

@@ -54,10 +54,13 @@ absl::StatusOr<Engine::AssetsPtr> RolloutEngine::LoadAssets(
     }
     bytes[i] = *found->second;
   }
+  const auto fallen = by_role.find("fallen");
   auto assets = std::make_shared<RealAssets>();
   SINEW_ASSIGN_OR_RETURN(
       assets->assets,
-      RolloutAssets::Create(bytes[0], bytes[1], bytes[2], bytes[3], bytes[4]));
+      RolloutAssets::Create(
+          bytes[0], bytes[1], bytes[2], bytes[3], bytes[4],
+          fallen == by_role.end() ? absl::string_view() : *fallen->second));
   return assets;
 }
 

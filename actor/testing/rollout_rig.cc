@@ -9,6 +9,7 @@
 #include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
+#include "sim/world/fallen_states.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::actor::testing {
@@ -32,14 +33,26 @@ std::map<std::string, std::string> AssetBytes(
           {"recipe", PrintRecipe(toy.recipe)}};
 }
 
+std::unique_ptr<const world::FallenStates> MakeFallen(
+    const world::testing::ToyWorld& toy) {
+  const v1::Recovery& recovery = toy.recipe.task().recovery();
+  if (!(recovery.fallen_share() > 0)) return nullptr;
+  return std::make_unique<const world::FallenStates>(
+      ValueOrDie(world::FallenStates::Make(*toy.character, toy.recipe,
+                                           recovery.fallen_states(),
+                                           recovery.fallen_seed())));
+}
+
 }  // namespace
 
-RolloutRig::RolloutRig() {
-  const v1::Recipe recipe = world::testing::ToyRecipe();
+RolloutRig::RolloutRig(const v1::Recipe& recipe) {
   world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
   asset_bytes = AssetBytes(toy);
-  assets = ValueOrDie(RolloutAssets::FromParts(
-      toy.recipe, std::move(toy.character), std::move(toy.library)));
+  std::unique_ptr<const world::FallenStates> fallen = MakeFallen(toy);
+  if (fallen != nullptr) asset_bytes["fallen"] = fallen->Serialize();
+  assets = ValueOrDie(
+      RolloutAssets::FromParts(toy.recipe, std::move(toy.character),
+                               std::move(toy.library), std::move(fallen)));
   policy::TrackingPolicyOptions options;
   options.observation_width = assets->task().observation_width();
   options.action_width = assets->task().action_width();

@@ -13,8 +13,10 @@
 #include "actor/rollout.h"
 #include "actor/rollout_assets.h"
 #include "common/segment/segment_layout.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
+#include "sim/world/testing/toy_world.h"
 
 namespace sinew::actor::testing {
 
@@ -24,9 +26,10 @@ struct Start {
 };
 
 // A worker of 4 environments in the toy world, with a small random policy of
-// standard deviation `std`. Members abort with a message on any error.
+// standard deviation `std`, and fallen states if the recipe asks for them.
+// Members abort with a message on any error.
 struct RolloutRig {
-  RolloutRig();
+  explicit RolloutRig(const v1::Recipe& recipe = world::testing::ToyRecipe());
 
   // Fresh environments 0, 1, ... of run seed 11; order 7.
   v1::Order TrainOrder(int environments, int horizon) const;

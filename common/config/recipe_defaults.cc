@@ -47,6 +47,35 @@ void FillReward(v1::Reward& reward) {
   SINEW_DEFAULT(reward, angular_velocity_kernel, 0.1);
 }
 
+// Only where it is on: a recipe without says nothing of it.
+void FillRecovery(v1::Recovery& recovery) {
+  if (!(recovery.fallen_share() > 0) && !(recovery.far_share() > 0)) return;
+  SINEW_DEFAULT(recovery, steps, 90);
+  SINEW_DEFAULT(recovery, far_offset, 5);
+  SINEW_DEFAULT(recovery, far_distance, 3);
+  SINEW_OPTIONAL_DEFAULT(recovery, goal_weight, 9);
+  SINEW_DEFAULT(recovery, max_gain, 1.0 / 3);
+  SINEW_DEFAULT(recovery, near_distance, 0.25);
+  SINEW_DEFAULT(recovery, near_factor, 0.5);
+  SINEW_DEFAULT(recovery, fallen_states, 256);
+}
+
+void FillVariants(v1::Task& task) {
+  if (task.has_recovery()) FillRecovery(*task.mutable_recovery());
+  if (task.randomisation().push_impulse() > 0) {
+    SINEW_DEFAULT(*task.mutable_randomisation(), push_interval, 2);
+    SINEW_DEFAULT(*task.mutable_randomisation(), push_seconds, 0.1);
+  }
+  if (!task.has_actuator_model()) return;
+  for (auto& drive : *task.mutable_actuator_model()->mutable_drives()) {
+    SINEW_OPTIONAL_DEFAULT(drive, static_friction, 0.45);
+    SINEW_DEFAULT(drive, activation_velocity, 0.1);
+    SINEW_OPTIONAL_DEFAULT(drive, viscous_friction, 0.023);
+    SINEW_DEFAULT(drive, limit_velocity, 20);
+    SINEW_DEFAULT(drive, max_velocity, 100);
+  }
+}
+
 void FillTask(v1::Task& task) {
   FillObservation(*task.mutable_observation());
   v1::Action& action = *task.mutable_action();
@@ -66,6 +95,7 @@ void FillTask(v1::Task& task) {
     *start.mutable_adaptive() = WithDefaults(start.adaptive());
   }
   SINEW_DEFAULT(task, max_episode_steps, 300);
+  FillVariants(task);
 }
 
 void FillNetwork(v1::Network& network) {

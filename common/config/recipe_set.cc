@@ -46,6 +46,13 @@ absl::Status Wrong(absl::string_view path, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat("--set ", path, ": ", what));
 }
 
+absl::Status ListOfGroups(absl::string_view path,
+                          const FieldDescriptor& field) {
+  return Wrong(path, absl::StrCat(field.name(),
+                                  " is a list of groups; expected "
+                                  "it in the recipe's file"));
+}
+
 absl::StatusOr<Place> FindPlace(Message& root, absl::string_view path) {
   Place place = {&root, nullptr};
   for (absl::string_view name : absl::StrSplit(path, '.')) {
@@ -54,6 +61,7 @@ absl::StatusOr<Place> FindPlace(Message& root, absl::string_view path) {
         return Wrong(path, absl::StrCat(place.field->name(),
                                         " is a value and has no field ", name));
       }
+      if (place.field->is_repeated()) return ListOfGroups(path, *place.field);
       place.message = place.message->GetReflection()->MutableMessage(
           place.message, place.field);
     }
@@ -68,6 +76,7 @@ absl::StatusOr<Place> FindPlace(Message& root, absl::string_view path) {
     }
   }
   if (place.field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+    if (place.field->is_repeated()) return ListOfGroups(path, *place.field);
     return Wrong(
         path,
         absl::StrCat(

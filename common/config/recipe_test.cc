@@ -272,6 +272,7 @@ void ExpectEveryNanRefused(v1::Recipe& recipe, Message& message,
   const auto* reflection = message.GetReflection();
   for (int i = 0; i < type->field_count(); ++i) {
     const FieldDescriptor* field = type->field(i);
+    if (field->is_repeated()) continue;
     const std::string name = absl::StrCat(path, field->name());
     if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
       ExpectEveryNanRefused(recipe,

@@ -10,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "common/config/field_checker.h"
 #include "common/config/recipe.h"
+#include "common/config/variants_validate.h"
 #include "google/protobuf/repeated_field.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
@@ -136,6 +137,7 @@ void CheckTask(const v1::Task& task, FieldChecker& check) {
                  "task.termination.max_body_distance");
   CheckStart(task.start(), check);
   check.AtLeast(task.max_episode_steps(), 1, "task.max_episode_steps");
+  CheckVariants(task, check);
 }
 
 void CheckNetwork(const v1::Network& network, FieldChecker& check) {

@@ -16,6 +16,9 @@ enum class RandomPurpose : uint32_t {
   kModelField = 4,      // randomised model fields
   kInitialisation = 5,  // initial weights
   kShuffle = 6,         // order of minibatch rows
+  kRecovery = 20,       // kind and place of an episode's start
+  kPush = 21,           // forces on the body
+  kFallenState = 22,    // how a body is dropped
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

@@ -61,6 +61,7 @@ ReferenceFeed::ReferenceFeed(const character::Character& character,
        .contact = std::vector<float>(character.foot_bodies().size())});
   views_.resize(offsets_.size());
   contact_.resize(observed_.size());
+  no_contact_.resize(character.foot_bodies().size());
 }
 
 absl::Status ReferenceFeed::LoadLibrary(const std::string& directory) {
@@ -158,6 +159,9 @@ void ReferenceFeed::LoadPlayed() {
     Transform(&observed_[i]);
     contact_[i] = views_[i].contact;
   }
+  const float* root = views_[next_].root_position;
+  next_root_ = Eigen::Vector3d(root[0], root[1], root[2]);
+  if (is_moved_) next_root_ = turn_ * next_root_ + move_;
 }
 
 void ReferenceFeed::Copy(const Pose& pose, size_t index) {
@@ -186,6 +190,15 @@ void ReferenceFeed::LoadGiven(absl::Span<const Pose> frames) {
     reader_.Read(data_.get(), &observed_[i]);
     contact_[i] = numbers_[i].contact.data();
   }
+  next_root_ = Eigen::Map<const Eigen::Vector3d>(frames[next_].root_position);
+}
+
+bool ReferenceFeed::Hide(const world::RecoveryLaw& law,
+                         const world::BodyState& body) {
+  for (size_t i = 0; i < observed_.size(); ++i) {
+    if (law.Hide(body, &observed_[i])) contact_[i] = no_contact_.data();
+  }
+  return law.IsFar((next_root_ - body.position[0]).norm());
 }
 
 Eigen::Vector2d ReferenceFeed::RootNow() const {

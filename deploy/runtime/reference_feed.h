@@ -18,6 +18,7 @@
 #include "sim/character/model_ptr.h"
 #include "sim/motion/library.h"
 #include "sim/world/body_state.h"
+#include "sim/world/recovery.h"
 
 namespace sinew::runtime {
 
@@ -62,6 +63,9 @@ class ReferenceFeed {
   // CheckPose accepts, one per offset.
   void LoadPlayed();
   void LoadGiven(absl::Span<const Pose> frames);
+  // After a Load, once: hides what is far of a body in recovery.h's sense. True
+  // if the next frame is.
+  bool Hide(const world::RecoveryLaw& law, const world::BodyState& body);
   // The clip moves on by a frame.
   void Advance() { ++frame_; }
 
@@ -105,6 +109,8 @@ class ReferenceFeed {
   std::vector<world::BodyState> observed_;
   std::vector<const float*> contact_;
   std::vector<motion::FrameView> views_;  // by offset; joints, torque, contact
+  Eigen::Vector3d next_root_ = Eigen::Vector3d::Zero();  // of the next frame
+  std::vector<float> no_contact_;                        // [F] zeros
   // Of a played clip: by offset, and of now.
   std::vector<std::unique_ptr<motion::ReferenceFrame>> rows_;
   std::unique_ptr<motion::ReferenceFrame> row_of_now_;

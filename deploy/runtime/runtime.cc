@@ -9,6 +9,7 @@
 #include "common/policy/ports.h"
 #include "common/status_macros.h"
 #include "deploy/runtime/root_estimate.h"
+#include "sim/world/actuation.h"
 #include "sim/world/foot_contact.h"
 
 namespace sinew::runtime {
@@ -29,6 +30,12 @@ absl::StatusOr<std::unique_ptr<Runtime>> Runtime::Open(
                                         Count(character.tracked().size()),
                                         Count(character.joints().size()),
                                         Count(character.foot_bodies().size())));
+  // Simulation (simulation.h) relies on it.
+  const v1::Recipe recipe = bundle::TaskRecipe(bundle.manifest);
+  SINEW_RETURN_IF_ERROR(world::Actuation::Create(recipe.task().actuator_model(),
+                                                 character,
+                                                 /*substeps=*/1, /*ramp=*/false)
+                            .status());
   auto runtime =
       absl::WrapUnique(new Runtime(std::move(bundle), std::move(observation)));
   SINEW_RETURN_IF_ERROR(runtime->Bind());
@@ -48,6 +55,7 @@ Runtime::Runtime(bundle::Bundle bundle, world::ObservationBuilder observation)
       shown_target_(reader_.num_joints()),
       new_target_(reader_.num_joints()) {
   const v1::Recipe recipe = bundle::TaskRecipe(bundle_.manifest);
+  recovery_ = world::RecoveryLaw(recipe.task().recovery());
   feed_ = std::make_unique<ReferenceFeed>(character(), recipe,
                                           builder_.frames_ahead());
   state_needs_.joints = reader_.num_joints();
@@ -187,6 +195,7 @@ void Runtime::PlaceBody(const Pose& state) {
 
 void Runtime::Observe(const Pose& state) {
   PlaceBody(state);
+  is_out_of_sight_ = recovery_.on() && feed_->Hide(recovery_, body_);
   if (builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     world::ReadFootContacts(character(), data_.get(),
                             absl::MakeSpan(self_contact_));
@@ -210,8 +219,12 @@ absl::Status Runtime::Act(const Pose& state, absl::Span<double> target) {
     return absl::InternalError(
         absl::StrCat("action: expected finite numbers, found ", value));
   }
-  law_.Target(body_.joint_position, feed_->next(), action(),
-              absl::MakeSpan(new_target_));
+  const absl::Span<double> new_target = absl::MakeSpan(new_target_);
+  if (is_out_of_sight_) {
+    law_.TargetOutOfSight(body_.joint_position, action(), new_target);
+  } else {
+    law_.Target(body_.joint_position, feed_->next(), action(), new_target);
+  }
   previous_target_.swap(new_target_);
   std::copy(previous_target_.begin(), previous_target_.end(), target.begin());
   return absl::OkStatus();

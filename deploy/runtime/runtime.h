@@ -17,6 +17,7 @@
 #include "sim/world/action.h"
 #include "sim/world/body_state.h"
 #include "sim/world/observation.h"
+#include "sim/world/recovery.h"
 
 namespace sinew::runtime {
 
@@ -89,6 +90,8 @@ class Runtime {
   const world::ObservationBuilder builder_;
   const world::BodyReader reader_;
   const world::ActionLaw law_;
+  world::RecoveryLaw recovery_;
+  bool is_out_of_sight_ = false;  // the next frame, of the last Observe
   PoseNeeds state_needs_, reference_needs_;
   std::unique_ptr<ReferenceFeed> feed_;
   std::unique_ptr<policy::Executor> executor_;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/executor.h"
 #include "common/testing/matchers.h"
@@ -105,6 +106,8 @@ class Actor {
                       work_.get());
   }
   const mjData& data() const { return *data_; }
+  // Moves the body, m.
+  void MoveBy(double x) { data_->qpos[0] += x; }
 
  private:
   const world::TrackingTask& task_;
@@ -145,6 +148,69 @@ TEST(Runtime, FollowsALibraryBitForBitAsAnActorDoes) {
       ASSERT_EQ(rig.target, actor.target)
           << "clip " << clip << " step " << step;
       if (actor.Step().diverged) break;
+    }
+  }
+}
+
+// Recovery on, goals in body space, drives of their own.
+void UseVariants(v1::Task& task) {
+  task.mutable_observation()->add_blocks(
+      v1::Observation::BLOCK_REFERENCE_KEYPOINTS);
+  task.mutable_observation()->add_blocks(
+      v1::Observation::BLOCK_REFERENCE_BODIES);
+  task.mutable_recovery()->set_far_share(0.5);
+  task.mutable_actuator_model()->add_drives();
+  v1::Recipe recipe;
+  *recipe.mutable_task() = task;
+  task = WithDefaults(recipe).task();
+}
+
+TEST(Runtime, FollowsAReferenceOutOfSightAsAnActorDoes) {
+  Rig rig(UseVariants);
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  Actor actor(rig);
+  PoseBuffer pose(4);
+  for (const double away : {0.0, 6.0}) {
+    ASSERT_THAT(rig.runtime->Play("turn", 0.1, Runtime::Align::kNone), IsOk());
+    actor.Begin(0, 3);
+    actor.MoveBy(away);
+    pose.Read(*rig.toy.character, actor.data());
+    ASSERT_THAT(rig.runtime->Reset(pose.pose(), nullptr), IsOk());
+    for (int step = 0; step < 10; ++step) {
+      actor.Act();
+      pose.Read(*rig.toy.character, actor.data());
+
+      ASSERT_THAT(rig.runtime->Step(pose.pose(), absl::MakeSpan(rig.target)),
+                  IsOk());
+
+      ASSERT_EQ(std::vector<float>(rig.runtime->observation().begin(),
+                                   rig.runtime->observation().end()),
+                actor.observation)
+          << away << " m away, step " << step;
+      ASSERT_EQ(rig.target, actor.target) << away << " m away, step " << step;
+      if (actor.Step().diverged) break;
+    }
+  }
+}
+
+TEST(Runtime, MovesTheBodyByTheDrivesOfItsBundle) {
+  Rig rig(UseVariants);
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
+  Simulation body(*rig.runtime);
+  ASSERT_THAT(body.Start(*rig.runtime), IsOk());
+  Actor actor(rig);
+  actor.Begin(1, 0);
+  for (int step = 0; step < 5; ++step) {
+    actor.Act();
+    ASSERT_THAT(rig.runtime->Step(body.pose(), body.target()), IsOk());
+
+    actor.Step();
+    ASSERT_THAT(body.Step(), IsOk());
+
+    for (int i = 0; i < rig.toy.character->model()->nq; ++i) {
+      EXPECT_NEAR(body.data().qpos[i], actor.data().qpos[i], 1e-6)
+          << step << " " << i;
     }
   }
 }

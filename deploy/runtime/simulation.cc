@@ -1,9 +1,12 @@
 #include "deploy/runtime/simulation.h"
 
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/check.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
 
 namespace sinew::runtime {
 namespace {
@@ -13,12 +16,22 @@ int Substeps(const v1::Physics& physics) {
       std::lround(physics.physics_hz() / physics.control_hz()));
 }
 
+// The torque law that the policy was trained with.
+world::Actuation MakeActuation(const Runtime& policy) {
+  const v1::BundleManifest& manifest = policy.bundle().manifest;
+  auto actuation = world::Actuation::Create(
+      bundle::TaskRecipe(manifest).task().actuator_model(), policy.character(),
+      Substeps(manifest.physics()), manifest.action().ramp());
+  // A runtime has refused what does not fit.
+  SINEW_CHECK(actuation.ok()) << actuation.status().ToString();
+  return *std::move(actuation);
+}
+
 }  // namespace
 
 Simulation::Simulation(const Runtime& policy)
     : character_(policy.character()),
-      actuation_(character_, Substeps(policy.bundle().manifest.physics()),
-                 policy.bundle().manifest.action().ramp()),
+      actuation_(MakeActuation(policy)),
       data_(mj_makeData(character_.model())),
       pose_(policy.num_joints()),
       previous_target_(policy.num_joints()),

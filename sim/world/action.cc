@@ -58,9 +58,23 @@ void ActionLaw::Target(absl::Span<const double> joint_position,
     } else if (placement_ == v1::Action::PLACEMENT_AROUND_CURRENT) {
       base = joint_position[j];
     }
-    const double unit =
-        std::clamp(static_cast<double>(action[j]), -clip_, clip_);
-    target[j] = std::clamp(base + joint.scale * unit, joint.low, joint.high);
+    target[j] = Around(joint, base, action[j]);
+  }
+}
+
+double ActionLaw::Around(const Joint& joint, double base, float action) const {
+  const double unit = std::clamp(static_cast<double>(action), -clip_, clip_);
+  return std::clamp(base + joint.scale * unit, joint.low, joint.high);
+}
+
+void ActionLaw::TargetOutOfSight(absl::Span<const double> joint_position,
+                                 absl::Span<const float> action,
+                                 absl::Span<double> target) const {
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const double base = placement_ == v1::Action::PLACEMENT_AROUND_CURRENT
+                            ? joint_position[j]
+                            : joints_[j].default_position;
+    target[j] = Around(joints_[j], base, action[j]);
   }
 }
 

@@ -43,6 +43,12 @@ class ActionLaw {
               const motion::FrameView& next, absl::Span<const float> action,
               absl::Span<double> target) const;
 
+  // The same where no reference is to be seen (recovery.h): a target that
+  // would be placed around it is placed around the default pose.
+  void TargetOutOfSight(absl::Span<const double> joint_position,
+                        absl::Span<const float> action,
+                        absl::Span<double> target) const;
+
   // What counts as the target before the first step of an episode that starts
   // with the reference frame `start` and the body's q: the base around that
   // frame, or q itself where targets are not placed around the reference.
@@ -58,6 +64,8 @@ class ActionLaw {
     double scale;  // rad per unit of action
     double low, high;
   };
+  // Limits base + scale * action.
+  double Around(const Joint& joint, double base, float action) const;
   // Base around a reference frame, rad.
   static double ReferenceBase(const Joint& joint,
                               const motion::FrameView& frame, size_t j);

@@ -5,7 +5,9 @@
 
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/character.h"
 
 namespace sinew::world {
@@ -31,22 +33,54 @@ struct ActuationResult {
 // The target is held over the control step, or with `ramp` moves linearly from
 // the previous target, which it reaches in the last substep.
 //
+// With an actuator model (VMP, Serifi et al. 2024, equations 9 to 11), joint by
+// joint, with drive constants mu_s, dq_s, mu_d, tau_max, w_lim, w_max:
+//
+//   hi(w)    = tau_max clamp((w_max - w) / (w_max - w_lim), 0, 1)
+//   motor_j  = clamp(kp (target_j - q_j) - kd dq_j, -hi(-dq_j), hi(dq_j))
+//   torque_j = motor_j - mu_s tanh(dq_j / dq_s) - mu_d dq_j
+//
+// so the limit falls with the speed in the direction of the torque, and braking
+// has all of tau_max. It has no state. Friction is explicit, kd implicit as
+// above; power is that of the motor.
+//
+// Under conditions (randomisation.h) q_j + offset_j stands for q_j, and
+// gain_j (kp ..., kd ...) for the gains.
+//
 // A simulation has diverged when MuJoCo warns of a bad position, velocity,
 // acceleration or control, or a speed exceeds kMaxSpeed in any coordinate.
 //
 // Thread-safety: immutable. Ownership: borrows the model. Blocking: Run steps
-// the physics (~0.1 ms); nothing allocates. Errors: none.
+// the physics (~0.1 ms); nothing allocates. Errors: Create's.
 class Actuation {
  public:
   // m/s or rad/s; no limb of a tracked motion comes near.
   static constexpr double kMaxSpeed = 500;
 
+  // What differs from the nominal body. Empty spans: nothing.
+  struct Variation {
+    const mjModel* model = nullptr;              // to be stepped
+    absl::Span<const double> joint_offset = {};  // [J] rad
+    absl::Span<const double> gain_scale = {};    // [J]
+  };
+
+  // Without an actuator model.
   Actuation(const character::Character& character, int substeps, bool ramp);
+
+  // With the recipe's, if it has any (defaults filled). INVALID_ARGUMENT for a
+  // drive whose joints the character has not, or a joint without a drive.
+  static absl::StatusOr<Actuation> Create(const v1::ActuatorModel& recipe,
+                                          const character::Character& character,
+                                          int substeps, bool ramp);
 
   // Advances `data` by one control step; targets [J] rad. Applied forces on
   // other degrees of freedom stay as they are.
   ActuationResult Run(absl::Span<const double> previous_target,
                       absl::Span<const double> target, mjData* data) const;
+  // The same of a body that differs.
+  ActuationResult Run(absl::Span<const double> previous_target,
+                      absl::Span<const double> target,
+                      const Variation& variation, mjData* data) const;
 
   int substeps() const { return substeps_; }
 
@@ -55,6 +89,23 @@ class Actuation {
     int qpos_address, dof_address;
     double stiffness, damping, limit;
   };
+  struct Drive {
+    double static_friction, activation_velocity, viscous_friction;
+    double max_torque, limit_velocity, max_velocity;
+
+    // The largest torque that it gives at this velocity in the torque's
+    // direction, Nm.
+    double Limit(double velocity) const;
+  };
+  template <typename Apply>
+  ActuationResult RunSteps(absl::Span<const double> previous_target,
+                           absl::Span<const double> target,
+                           const mjModel* model, mjData* data,
+                           Apply&& apply) const;
+  // As ApplyTorques, with the actuator model and a variation.
+  double ApplyModelledTorques(absl::Span<const double> from,
+                              absl::Span<const double> to, double share,
+                              const Variation& variation, mjData* data) const;
   // Sets qfrc_applied; returns the power, W.
   double ApplyTorques(absl::Span<const double> from,
                       absl::Span<const double> to, double share,
@@ -62,6 +113,7 @@ class Actuation {
 
   const mjModel* model_;
   std::vector<Joint> joints_;
+  std::vector<Drive> drives_;  // [J], or none: no actuator model
   int substeps_;
   bool ramp_;
 };

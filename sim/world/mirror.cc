@@ -1,5 +1,8 @@
 #include "sim/world/mirror.h"
 
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -17,6 +20,9 @@ namespace sinew::world {
 namespace {
 
 using character::JointInfo;
+
+// Of the cosine of half an angle: 0.1 degrees.
+constexpr double kFrameTolerance = 4e-7;
 
 using Partner = character::MirrorPartner;
 using Partners = character::MirrorPartners;
@@ -45,6 +51,11 @@ absl::Status CheckDrives(const character::Character& character,
 // Sign of one of x, y, z under the mirror.
 float AxisSign(absl::string_view axis) { return axis == "y" ? -1 : 1; }
 
+// Entry "RC" of a rotation matrix: row and column each turn with their axis.
+float EntrySign(const std::string& entry) {
+  return (entry[0] == '1' ? -1.F : 1.F) * (entry[1] == '1' ? -1.F : 1.F);
+}
+
 // The name and sign that an observation's column takes its number from.
 Partner MirrorColumn(const std::string& name, const Partners& joints,
                      const Partners& bodies) {
@@ -63,12 +74,19 @@ Partner MirrorColumn(const std::string& name, const Partners& joints,
   if (quantity == "root_angular_velocity") {
     sign = -AxisSign(last);
   } else if (quantity == "root_rotation") {
-    // Entry "RC" of a matrix: row and column each turn with their axis.
-    sign = (last[0] == '1' ? -1.F : 1.F) * (last[1] == '1' ? -1.F : 1.F);
+    sign = EntrySign(last);
   } else if (quantity == "joint_position" || quantity == "joint_velocity" ||
              quantity == "previous_target") {
     sign = swap(parts.back(), joints);
-  } else if (quantity == "body_position") {
+  } else if (quantity == "rotation" || quantity == "rotation_difference") {
+    swap(parts[2], bodies);
+    sign = EntrySign(last);
+  } else if (quantity == "angular_velocity_difference") {
+    swap(parts[2], bodies);
+    sign = -AxisSign(last);
+  } else if (quantity == "body_position" || quantity == "position" ||
+             quantity == "position_difference" ||
+             quantity == "linear_velocity_difference") {
     swap(parts[2], bodies);
     sign = AxisSign(last);
   } else if (quantity == "contact") {
@@ -86,6 +104,40 @@ Partner MirrorColumn(const std::string& name, const Partners& joints,
   return {source, sign};
 }
 
+// FAILED_PRECONDITION if the frames of mirrored bodies are no mirror images at
+// rest, so that S R S would not be the partner's rotation. Only the block
+// REFERENCE_BODIES shows rotations of bodies other than the root.
+absl::Status CheckFrames(const TrackingTask& task, const Partners& bodies) {
+  const auto& blocks = task.recipe().task().observation().blocks();
+  if (std::find(blocks.begin(), blocks.end(),
+                v1::Observation::BLOCK_REFERENCE_BODIES) == blocks.end()) {
+    return absl::OkStatus();
+  }
+  const mjModel* model = task.character().model();
+  const character::DataPtr data(mj_makeData(model));
+  mj_kinematics(model, data.get());
+  for (int column : task.character().tracked()) {
+    const int body = column + 1;
+    const std::string name = mj_id2name(model, mjOBJ_BODY, body);
+    const auto found = bodies.find(name);
+    const std::string partner =
+        found == bodies.end() ? name : found->second.name;
+    const int other = mj_name2id(model, mjOBJ_BODY, partner.c_str());
+    // S R S of a quaternion: x and z change sign.
+    double cosine = 0;
+    for (int i = 0; i < 4; ++i) {
+      cosine += (i % 2 == 1 ? -1 : 1) * data->xquat[4 * body + i] *
+                data->xquat[4 * other + i];
+    }
+    if (std::abs(cosine) > 1 - kFrameTolerance) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "character ", task.character().name(), ": mirror_bodies: expected ",
+        "frames of ", name, " and ", partner, " that mirror each other at ",
+        "rest, which BLOCK_REFERENCE_BODIES needs, found others"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
@@ -96,6 +148,7 @@ absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
   SINEW_ASSIGN_OR_RETURN(mirror.action,
                          character::MirrorJoints(task.character()));
   SINEW_RETURN_IF_ERROR(CheckDrives(task.character(), mirror.action));
+  SINEW_RETURN_IF_ERROR(CheckFrames(task, bodies));
   const std::vector<std::string> names = task.ObservationNames();
   std::map<std::string, int> index;
   for (size_t i = 0; i < names.size(); ++i) {

@@ -27,7 +27,9 @@ v1::Recipe AllBlocks() {
                            v1::Observation::BLOCK_REFERENCE_DIFFERENCE,
                            v1::Observation::BLOCK_PREVIOUS_TARGET,
                            v1::Observation::BLOCK_REFERENCE_CONTACT,
-                           v1::Observation::BLOCK_SELF_CONTACT}) {
+                           v1::Observation::BLOCK_SELF_CONTACT,
+                           v1::Observation::BLOCK_REFERENCE_KEYPOINTS,
+                           v1::Observation::BLOCK_REFERENCE_BODIES}) {
     observation->add_blocks(block);
   }
   observation->add_frames_ahead(1);

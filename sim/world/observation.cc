@@ -4,31 +4,15 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
+#include "sim/world/body_goal.h"
+#include "sim/world/observation_writer.h"
 
 namespace sinew::world {
 namespace {
 
 using v1::Observation;
 
-// Writes columns one after another.
-class Writer {
- public:
-  explicit Writer(float* out) : out_(out) {}
-
-  void Scalar(double value) { *out_++ = static_cast<float>(value); }
-  void Vector(const Eigen::Vector3d& value) {
-    for (int i = 0; i < 3; ++i) Scalar(value[i]);
-  }
-  void Rotation(const Eigen::Quaterniond& rotation) {
-    const Eigen::Matrix3d matrix = rotation.toRotationMatrix();
-    Vector(matrix.col(0));
-    Vector(matrix.col(1));
-  }
-  const float* position() const { return out_; }
-
- private:
-  float* out_;
-};
+using Writer = ObservationWriter;
 
 void WriteSelf(const BodyState& body, const Eigen::Quaterniond& heading,
                Writer& out) {
@@ -94,6 +78,16 @@ void WriteBlock(Observation::Block block, const ObservationInput& input,
       break;
     case Observation::BLOCK_SELF_CONTACT:
       for (float contact : input.self_contact) out.Scalar(contact);
+      break;
+    case Observation::BLOCK_REFERENCE_KEYPOINTS:
+      for (const BodyState& reference : input.reference) {
+        WriteKeypointGoal(body, reference, heading, out);
+      }
+      break;
+    case Observation::BLOCK_REFERENCE_BODIES:
+      for (const BodyState& reference : input.reference) {
+        WriteBodyGoal(body, reference, heading, out);
+      }
       break;
     default:
       SINEW_CHECK(false) << "unknown observation block " << block;
@@ -200,6 +194,10 @@ int ObservationBuilder::BlockWidth(Observation::Block block) const {
       return frames * feet_;
     case Observation::BLOCK_SELF_CONTACT:
       return feet_;
+    case Observation::BLOCK_REFERENCE_KEYPOINTS:
+      return frames * kKeypointWidth * bodies_;
+    case Observation::BLOCK_REFERENCE_BODIES:
+      return frames * kBodyGoalWidth * bodies_;
     default:
       SINEW_CHECK(false) << "unknown observation block " << block;
       return 0;
@@ -242,6 +240,10 @@ std::vector<std::string> ObservationBuilder::Names(
         for (const std::string& foot : names.feet) {
           out.push_back(prefix + "/contact/" + foot);
         }
+      } else if (block == Observation::BLOCK_REFERENCE_KEYPOINTS) {
+        AddKeypointGoalNames(ahead, names.bodies, &out);
+      } else if (block == Observation::BLOCK_REFERENCE_BODIES) {
+        AddBodyGoalNames(ahead, names.bodies, &out);
       }
     }
   }

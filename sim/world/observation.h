@@ -56,6 +56,8 @@ struct ObservationNames {
 // PREVIOUS_TARGET, J: previous target - q, rad
 // REFERENCE_CONTACT, for each frame ahead F: label of the reference
 // SELF_CONTACT, F: 1 where a sole is within 5 mm of the floor
+// REFERENCE_KEYPOINTS, for each frame ahead 9 B, and REFERENCE_BODIES, 24 B:
+// goals in body space, body_goal.h
 //
 // Nothing depends on where the world's origin is or on its yaw, except the root
 // height. Sources: the choice of quantities follows DeepMimic and PHC

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "common/status_macros.h"
-#include "sim/motion/rotation.h"
 #include "sim/world/foot_contact.h"
 #include "sim/world/reward.h"
 #include "sim/world/task_check.h"
@@ -26,6 +25,12 @@ int Substeps(const v1::Physics& physics) {
       std::lround(physics.physics_hz() / physics.control_hz()));
 }
 
+void AddOffsets(const Conditions& conditions, absl::Span<double> position) {
+  for (size_t j = 0; j < position.size(); ++j) {
+    position[j] += conditions.joint_offset[j];
+  }
+}
+
 std::string BodyName(const mjModel* model, int body) {
   const char* name = mj_id2name(model, mjOBJ_BODY, body);
   return name == nullptr ? "" : name;
@@ -35,7 +40,7 @@ std::string BodyName(const mjModel* model, int body) {
 
 absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
     const v1::Recipe& recipe, const character::Character& character,
-    const motion::Library& library) {
+    const motion::Library& library, const FallenStates* fallen) {
   SINEW_RETURN_IF_ERROR(CheckTask(recipe, character, library));
   SINEW_ASSIGN_OR_RETURN(ObservationBuilder observation,
                          ObservationBuilder::Create(
@@ -43,22 +48,34 @@ absl::StatusOr<std::unique_ptr<TrackingTask>> TrackingTask::Create(
                              static_cast<int>(character.tracked().size()),
                              static_cast<int>(character.joints().size()),
                              static_cast<int>(character.foot_bodies().size())));
-  return std::unique_ptr<TrackingTask>(
-      new TrackingTask(recipe, character, library, std::move(observation)));
+  SINEW_ASSIGN_OR_RETURN(
+      Actuation actuation,
+      Actuation::Create(recipe.task().actuator_model(), character,
+                        Substeps(recipe.physics()),
+                        recipe.task().action().ramp()));
+  SINEW_ASSIGN_OR_RETURN(Randomisation randomisation,
+                         Randomisation::Create(recipe, character));
+  return std::unique_ptr<TrackingTask>(new TrackingTask(
+      recipe, character, library, fallen, std::move(observation),
+      std::move(actuation), std::move(randomisation)));
 }
 
 TrackingTask::TrackingTask(const v1::Recipe& recipe,
                            const character::Character& character,
                            const motion::Library& library,
-                           ObservationBuilder observation)
+                           const FallenStates* fallen,
+                           ObservationBuilder observation, Actuation actuation,
+                           Randomisation randomisation)
     : recipe_(recipe),
       character_(&character),
       library_(&library),
+      fallen_(fallen),
       reader_(character),
       observation_(std::move(observation)),
       action_(recipe.task().action(), character.joints()),
-      actuation_(character, Substeps(recipe.physics()),
-                 recipe.task().action().ramp()),
+      actuation_(std::move(actuation)),
+      recovery_(recipe.task().recovery()),
+      randomisation_(std::move(randomisation)),
       fresh_row_(FreshRow(character.model())) {}
 
 std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
@@ -73,8 +90,13 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   work->ahead_contact.resize(work->ahead.size());
   work->frame = std::make_unique<motion::ReferenceFrame>(*library_);
   work->self_contact.resize(character_->foot_bodies().size());
+  work->no_contact.resize(work->self_contact.size());
   work->noise.resize(2 * reader_.num_joints());
   work->joint_position.resize(reader_.num_joints());
+  if (randomisation_.on()) {
+    work->sensed = work->body;
+    work->variant = std::make_unique<ModelVariant>(*character_);
+  }
   return work;
 }
 
@@ -93,57 +115,11 @@ std::vector<std::string> TrackingTask::ObservationNames() const {
   return observation_.Names(names);
 }
 
-void SetReferencePose(const character::Character& character,
-                      const motion::FrameView& frame, mjData* data) {
-  const mjModel* model = character.model();
-  const int root = model->body_jntadr[1];
-  double* qpos = data->qpos + model->jnt_qposadr[root];
-  double* qvel = data->qvel + model->jnt_dofadr[root];
-  const Eigen::Quaterniond rotation =
-      motion::FromWxyz(frame.root_rotation).normalized();
-  const Eigen::Vector3d world_rate(frame.root_angular_velocity[0],
-                                   frame.root_angular_velocity[1],
-                                   frame.root_angular_velocity[2]);
-  const Eigen::Vector3d local_rate = rotation.conjugate() * world_rate;
-  for (int i = 0; i < 3; ++i) {
-    qpos[i] = frame.root_position[i];
-    qvel[i] = frame.root_linear_velocity[i];
-    qvel[3 + i] = local_rate[i];
-  }
-  motion::ToWxyz(rotation, qpos + 3);
-  for (size_t j = 0; j < character.joints().size(); ++j) {
-    const character::JointInfo& joint = character.joints()[j];
-    data->qpos[joint.qpos_address] = frame.joint_position[j];
-    data->qvel[joint.dof_address] = frame.joint_velocity[j];
-  }
-}
-
-void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
-                            Workspace* work) const {
-  const double position = recipe_.task().start().joint_position_noise();
-  const double velocity = recipe_.task().start().joint_velocity_noise();
-  if (position == 0 && velocity == 0) return;
-  FillNormal(key, absl::MakeSpan(work->noise));
-  const int joints = reader_.num_joints();
-  for (int j = 0; j < joints; ++j) {
-    const character::JointInfo& joint = character_->joints()[j];
-    data->qpos[joint.qpos_address] += position * work->noise[j];
-    data->qvel[joint.dof_address] += velocity * work->noise[joints + j];
-  }
-}
-
-void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
-                         mjData* data, absl::Span<double> previous_target,
-                         Workspace* work) const {
-  work->frame->Load(episode.clip, episode.start_frame);
-  mj_setState(character_->model(), data, fresh_row_.data(),
-              mjSTATE_INTEGRATION);
-  SetReferencePose(*character_, work->frame->view(), data);
-  if (noise != nullptr) AddNoise(*noise, data, work);
-  ReadJoints(data, absl::MakeSpan(work->joint_position));
-  action_.InitialTarget(work->joint_position, work->frame->view(),
-                        previous_target);
-  Refresh(data, work);
+void TrackingTask::DrawConditions(const RandomKey& key, Conditions* conditions,
+                                  Workspace* work) const {
+  if (!randomisation_.on()) return;
+  randomisation_.Draw(key, conditions);
+  work->variant->Compute(conditions);
 }
 
 void TrackingTask::Refresh(mjData* data, Workspace* work) const {
@@ -159,18 +135,28 @@ void TrackingTask::ReadJoints(const mjData* data,
 
 void TrackingTask::Observe(mjData* data, const Episode& episode,
                            absl::Span<const double> previous_target,
-                           absl::Span<float> out, Workspace* work) const {
-  const int64_t current = int64_t{episode.start_frame} + episode.step;
+                           absl::Span<float> out, Workspace* work,
+                           const Conditions* conditions) const {
+  const int64_t current = CurrentFrame(episode);
+  const BodyState* body = &work->body;
+  if (conditions != nullptr) {
+    work->sensed = work->body;
+    AddOffsets(*conditions, absl::MakeSpan(work->sensed.joint_position));
+    body = &work->sensed;
+  }
   for (size_t i = 0; i < work->ahead.size(); ++i) {
     work->ahead_frames[i]->Load(episode.clip,
                                 current + observation_.frames_ahead()[i]);
     reader_.Read(work->ahead_frames[i]->view(), &work->ahead[i]);
-    work->ahead_contact[i] = work->ahead_frames[i]->view().contact;
+    const bool hidden =
+        recovery_.on() && recovery_.Hide(*body, &work->ahead[i]);
+    work->ahead_contact[i] = hidden ? work->no_contact.data()
+                                    : work->ahead_frames[i]->view().contact;
   }
   if (observation_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     ReadFootContacts(*character_, data, absl::MakeSpan(work->self_contact));
   }
-  observation_.Build({.body = &work->body,
+  observation_.Build({.body = body,
                       .reference = work->ahead,
                       .reference_contact = work->ahead_contact,
                       .previous_target = previous_target,
@@ -180,11 +166,28 @@ void TrackingTask::Observe(mjData* data, const Episode& episode,
 
 void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
-                          absl::Span<double> target, Workspace* work) const {
-  work->frame->Load(episode.clip,
-                    int64_t{episode.start_frame} + episode.step + 1);
+                          absl::Span<double> target, Workspace* work,
+                          const Conditions* conditions) const {
+  work->frame->Load(episode.clip, CurrentFrame(episode) + 1);
   ReadJoints(data, absl::MakeSpan(work->joint_position));
+  if (conditions != nullptr) {
+    AddOffsets(*conditions, absl::MakeSpan(work->joint_position));
+  }
+  if (recovery_.on() && IsFar(data, work->frame->view())) {
+    action_.TargetOutOfSight(work->joint_position, action, target);
+    return;
+  }
   action_.Target(work->joint_position, work->frame->view(), action, target);
+}
+
+bool TrackingTask::IsFar(const mjData* data,
+                         const motion::FrameView& reference) const {
+  const mjModel* model = character_->model();
+  const double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  const double between[3] = {reference.root_position[0] - root[0],
+                             reference.root_position[1] - root[1],
+                             reference.root_position[2] - root[2]};
+  return recovery_.IsFar(mju_norm3(between));
 }
 
 ActuationResult TrackingTask::Simulate(
@@ -195,19 +198,41 @@ ActuationResult TrackingTask::Simulate(
   return result;
 }
 
+ActuationResult TrackingTask::Simulate(mjData* data, const Episode& episode,
+                                       absl::Span<const double> target,
+                                       absl::Span<double> previous_target,
+                                       const Conditions* conditions,
+                                       Workspace* work) const {
+  if (conditions == nullptr) return Simulate(data, target, previous_target);
+  const Push push = randomisation_.PushAt(*conditions, episode.step);
+  double* force = data->xfrc_applied + 6 * push.body;
+  if (push.body > 0) std::copy_n(push.force, 3, force);
+  const ActuationResult result =
+      actuation_.Run(previous_target, target,
+                     {.model = work->variant->Use(*conditions),
+                      .joint_offset = conditions->joint_offset,
+                      .gain_scale = conditions->gain_scale},
+                     data);
+  if (push.body > 0) std::fill_n(force, 3, 0.0);
+  std::copy(target.begin(), target.end(), previous_target.begin());
+  return result;
+}
+
 StepResult TrackingTask::Step(mjData* data, absl::Span<const double> target,
                               Episode* episode,
                               absl::Span<double> previous_target,
-                              Workspace* work) const {
-  return Finish(data, Simulate(data, target, previous_target), episode, work);
+                              Workspace* work,
+                              const Conditions* conditions) const {
+  return Finish(
+      data, Simulate(data, *episode, target, previous_target, conditions, work),
+      episode, work);
 }
 
 StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
                                 Episode* episode, Workspace* work) const {
   ++episode->step;
   if (physics.diverged) return DivergedStep();
-  work->frame->Load(episode->clip,
-                    int64_t{episode->start_frame} + episode->step);
+  work->frame->Load(episode->clip, CurrentFrame(*episode));
   reader_.Read(work->frame->view(), &work->reference);
   Refresh(data, work);
   return Judge(physics.power, episode, work);
@@ -216,15 +241,29 @@ StepResult TrackingTask::Finish(mjData* data, const ActuationResult& physics,
 StepResult TrackingTask::Judge(double power, Episode* episode,
                                Workspace* work) const {
   const v1::Task& task = recipe_.task();
-  const RewardValue reward =
+  RewardValue reward =
       ComputeReward(task.reward(), work->body, work->reference, power);
+  if (recovery_.on()) {
+    const double distance = GoalDistance(work->body, work->reference);
+    const double cost = task.reward().power_cost() * power;
+    reward.total = recovery_.Reward(reward.total + cost, episode->goal_distance,
+                                    distance) -
+                   cost;
+    episode->goal_distance = distance;
+  }
   const BodyDistances distances =
       MeasureDistances(work->body, work->reference, character_->terminating());
-  const EpisodeEnding ending = JudgeEpisode(
-      distances.max_terminating, task.termination().max_body_distance(),
-      episode->start_frame, episode->step,
-      motion::LastFrame(library_->clip(episode->clip)),
-      task.max_episode_steps());
+  EpisodeEnding ending;
+  if (episode->recovery_steps_left > 0) {
+    --episode->recovery_steps_left;
+    ++episode->frozen_steps;
+  } else {
+    ending = JudgeEpisode(
+        distances.max_terminating, task.termination().max_body_distance(),
+        episode->start_frame, episode->step - episode->frozen_steps,
+        motion::LastFrame(library_->clip(episode->clip)),
+        task.max_episode_steps());
+  }
   StepResult result;
   result.reward = static_cast<float>(reward.total);
   for (int i = 0; i < 4; ++i) {

@@ -17,27 +17,23 @@
 #include "sim/world/action.h"
 #include "sim/world/actuation.h"
 #include "sim/world/body_state.h"
+#include "sim/world/episode.h"
+#include "sim/world/fallen_states.h"
+#include "sim/world/model_variant.h"
 #include "sim/world/observation.h"
+#include "sim/world/randomisation.h"
+#include "sim/world/recovery.h"
 #include "sim/world/start.h"
 
 namespace sinew::world {
 
 // Which clock belongs to what (control step t -> t+1):
-//   reference "current" at state s_t is frame start_frame + step;
+//   reference "current" at state s_t is frame start_frame + step (minus the
+//   steps in which it stood: episode.h);
 //   the observation at s_t shows frames current + frames_ahead (1 = next);
 //   the target of step t is placed around frame current + 1;
 //   reward and termination compare s_{t+1} with frame current + 1.
-
-// One environment's episode, between steps: plain data, mirrors
-// v1::EnvironmentState without physics row and previous target.
-struct Episode {
-  int64_t episode = 0;
-  int32_t step = 0;
-  int32_t clip = 0;
-  int32_t start_frame = 0;
-  double episode_return = 0;
-  double episode_error = 0;  // sum of mean body distances, m
-};
+// A step while recovery steps are left does not move the current frame.
 
 // Outcome of one control step. All numbers are finite; after a divergence they
 // are zero.
@@ -68,8 +64,8 @@ inline StepResult DivergedStep() {
 // One episode:
 //
 //   Episode e = ...;  // clip and frame from a StartTable
-//   task.Reset(e, &noise_key, data, previous_target, work);
-//   loop:
+//   task.Begin(task.DrawStart(key), &noise_key, data, &e, previous_target,
+//   work); loop:
 //     task.Observe(data, e, previous_target, observation, work);
 //     task.Target(data, e, action, target, work);
 //     StepResult r = task.Step(data, target, &e, previous_target, work);
@@ -95,13 +91,19 @@ class TrackingTask {
     std::vector<const float*> ahead_contact;
     std::unique_ptr<motion::ReferenceFrame> frame;
     std::vector<float> self_contact, noise;
+    std::vector<float> no_contact;  // [F] zeros
+    // Where the recipe randomises: the body as its encoders have it, and the
+    // model with its masses.
+    BodyState sensed;
+    std::unique_ptr<ModelVariant> variant;
     std::vector<double> joint_position;
   };
 
-  // `recipe` has its defaults filled (common/config/recipe.h).
+  // `recipe` has its defaults filled (common/config/recipe.h). `fallen` are of
+  // this character and outlive the task; without any, none can be started in.
   static absl::StatusOr<std::unique_ptr<TrackingTask>> Create(
       const v1::Recipe& recipe, const character::Character& character,
-      const motion::Library& library);
+      const motion::Library& library, const FallenStates* fallen = nullptr);
 
   std::unique_ptr<Workspace> MakeWorkspace() const;
 
@@ -113,6 +115,11 @@ class TrackingTask {
   const character::Character& character() const { return *character_; }
   const motion::Library& library() const { return *library_; }
   const v1::Recipe& recipe() const { return recipe_; }
+  const RecoveryLaw& recovery() const { return recovery_; }
+  const Randomisation& randomisation() const { return randomisation_; }
+  int num_fallen_states() const {
+    return fallen_ == nullptr ? 0 : fallen_->size();
+  }
   // Column names of the observation, for reports and golden tests.
   std::vector<std::string> ObservationNames() const;
 
@@ -122,6 +129,28 @@ class TrackingTask {
   void Reset(const Episode& episode, const RandomKey* noise, mjData* data,
              absl::Span<double> previous_target, Workspace* work) const;
 
+  // How the body begins an episode: on the reference unless the recipe has
+  // recovery. Precondition: there are fallen states if it draws them.
+  BodyStart DrawStart(const RandomKey& key) const;
+
+  // Reset, then what `start` says; sets the episode's recovery fields. A fallen
+  // body lies below the reference's root, its previous target where its joints
+  // are; a far one has the reference's pose and velocities, turned, elsewhere.
+  // Precondition: start.fallen_state < num_fallen_states() if it is fallen.
+  void Begin(const BodyStart& start, const RandomKey* noise, mjData* data,
+             Episode* episode, absl::Span<double> previous_target,
+             Workspace* work) const;
+
+  // Of an environment, for DrawConditions.
+  Conditions MakeConditions() const { return randomisation_.MakeConditions(); }
+
+  // What an episode has of its own, by (seed, environment, episode) of the key.
+  // Observe, Target and Step of the episode take it; null: the nominal body.
+  // Does nothing unless the recipe randomises; does not allocate but the first
+  // time for these conditions.
+  void DrawConditions(const RandomKey& key, Conditions* conditions,
+                      Workspace* work) const;
+
   // Works out work->body from qpos and qvel.
   void Refresh(mjData* data, Workspace* work) const;
 
@@ -129,23 +158,29 @@ class TrackingTask {
   // data; not normalised. May place data's geoms (foot_contact.h).
   void Observe(mjData* data, const Episode& episode,
                absl::Span<const double> previous_target, absl::Span<float> out,
-               Workspace* work) const;
+               Workspace* work, const Conditions* conditions = nullptr) const;
 
   // Target of this control step, [J] rad, from the policy's action [J].
   void Target(const mjData* data, const Episode& episode,
               absl::Span<const float> action, absl::Span<double> target,
-              Workspace* work) const;
+              Workspace* work, const Conditions* conditions = nullptr) const;
 
   // One control step under `target`: physics, reward, termination;
   // advances the episode (step + 1, sums) and copies target into
   // previous_target. Never resets. Is Finish after Simulate.
   StepResult Step(mjData* data, absl::Span<const double> target,
                   Episode* episode, absl::Span<double> previous_target,
-                  Workspace* work) const;
+                  Workspace* work,
+                  const Conditions* conditions = nullptr) const;
 
   // The physics half of Step alone: what needs no reference.
   ActuationResult Simulate(mjData* data, absl::Span<const double> target,
                            absl::Span<double> previous_target) const;
+  // The same under conditions (null: as above), at the episode's state.
+  ActuationResult Simulate(mjData* data, const Episode& episode,
+                           absl::Span<const double> target,
+                           absl::Span<double> previous_target,
+                           const Conditions* conditions, Workspace* work) const;
 
   // The other half: compares the state with the frame after the episode's
   // current one, advances the episode. Leaves work->body and work->reference.
@@ -154,7 +189,13 @@ class TrackingTask {
 
  private:
   TrackingTask(const v1::Recipe& recipe, const character::Character& character,
-               const motion::Library& library, ObservationBuilder observation);
+               const motion::Library& library, const FallenStates* fallen,
+               ObservationBuilder observation, Actuation actuation,
+               Randomisation randomisation);
+  void Place(const BodyStart& start, mjData* data,
+             absl::Span<double> previous_target) const;
+  // Whether the reference's root is too far from the body's to be seen.
+  bool IsFar(const mjData* data, const motion::FrameView& reference) const;
   StepResult Judge(double power, Episode* episode, Workspace* work) const;
   void ReadJoints(const mjData* data, absl::Span<double> out) const;
   void AddNoise(const RandomKey& key, mjData* data, Workspace* work) const;
@@ -162,10 +203,13 @@ class TrackingTask {
   v1::Recipe recipe_;
   const character::Character* character_;
   const motion::Library* library_;
+  const FallenStates* fallen_;  // may be null
   BodyReader reader_;
   ObservationBuilder observation_;
   ActionLaw action_;
   Actuation actuation_;
+  RecoveryLaw recovery_;
+  Randomisation randomisation_;
   std::vector<double> fresh_row_;  // physics row of a new mjData
 };
 

@@ -12,6 +12,7 @@
 #include "sim/character/character.h"
 #include "sim/motion/clip_digest.h"
 #include "sim/motion/library.h"
+#include "sim/world/fallen_states.h"
 #include "sim/world/mirror.h"
 
 namespace sinew::tools {
@@ -32,7 +33,22 @@ absl::StatusOr<std::map<std::string, std::string>> MakeAssets(
                          ReadFile(JoinPath(motions, "manifest.json")));
   SINEW_ASSIGN_OR_RETURN(assets["frames"],
                          ReadFile(JoinPath(motions, "frames.safetensors")));
+  const v1::Recovery& recovery = recipe.task().recovery();
+  if (recovery.fallen_share() > 0) {
+    SINEW_ASSIGN_OR_RETURN(
+        const world::FallenStates fallen,
+        world::FallenStates::Make(*character, recipe, recovery.fallen_states(),
+                                  recovery.fallen_seed()));
+    assets["fallen"] = fallen.Serialize();
+  }
   return assets;
+}
+
+// The bytes of a role, empty where there is none.
+absl::string_view Optional(const std::map<std::string, std::string>& assets,
+                           const std::string& role) {
+  const auto found = assets.find(role);
+  return found == assets.end() ? absl::string_view() : found->second;
 }
 
 v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
@@ -59,9 +75,9 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   setup.clip_sha256 = motion::ClipDigests(*setup.library);
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,
-      actor::RolloutAssets::Create(assets["character"], assets["model"],
-                                   assets["library"], assets["frames"],
-                                   assets["recipe"]));
+      actor::RolloutAssets::Create(
+          assets["character"], assets["model"], assets["library"],
+          assets["frames"], assets["recipe"], Optional(assets, "fallen")));
   setup.observation_width = rollout->task().observation_width();
   setup.action_width = rollout->task().action_width();
   setup.layout = rollout->layout();

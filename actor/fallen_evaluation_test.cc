@@ -1,0 +1,89 @@
+#include "actor/fallen_evaluation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "actor/testing/rollout_rig.h"
+#include "common/config/recipe.h"
+#include "common/testing/matchers.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::actor {
+namespace {
+
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+using testing::RolloutRig;
+
+v1::Recipe RecoveryRecipe() {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->set_fallen_share(0.5);
+  recovery->set_steps(12);
+  recovery->set_fallen_states(4);
+  return WithDefaults(recipe);
+}
+
+TEST(FallenEvaluation, StartsFromEveryStateInClipsThatAreLongEnough) {
+  const RolloutRig rig(RecoveryRecipe());
+
+  // 15 + 15 steps, 12 of which the reference stands: "turn" loops, "sway" has
+  // 20 frames, "tumble" has 16 and is too short.
+  const auto starts = FallenStarts(rig.assets->task(), 0.5);
+
+  ASSERT_TRUE(starts.ok()) << starts.status();
+  ASSERT_EQ(starts->size(), 4);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ((*starts)[i].fallen_state(), i);
+    EXPECT_EQ((*starts)[i].clip(), i % 2);
+    EXPECT_EQ((*starts)[i].steps(), 30);
+    EXPECT_EQ((*starts)[i].recovery_steps(), 12);
+  }
+}
+
+TEST(FallenEvaluation, StartsCanBeRun) {
+  RolloutRig rig(RecoveryRecipe());
+  v1::Order order = rig.EvaluationOrder({});
+  const auto starts = FallenStarts(rig.assets->task(), 0.5);
+  ASSERT_TRUE(starts.ok()) << starts.status();
+  order.mutable_starts()->Assign(starts->begin(), starts->end());
+
+  const v1::Segment segment = rig.Run(order);
+
+  ASSERT_EQ(segment.results_size(), 4);
+  const std::vector<v1::EvaluationResult> results(segment.results().begin(),
+                                                  segment.results().end());
+  const double early = RecoveredShare(results, 0.1, 30);
+  const double late = RecoveredShare(results, 1, 30);
+  EXPECT_LE(early, late);
+  int recovered = 0;
+  for (const auto& result : results) recovered += result.success() ? 1 : 0;
+  EXPECT_DOUBLE_EQ(late, recovered / 4.0);
+}
+
+TEST(FallenEvaluation, NeedsFallenStates) {
+  const RolloutRig rig;
+
+  EXPECT_THAT(FallenStarts(rig.assets->task(), 5).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("an asset of role \"fallen\"")));
+}
+
+TEST(FallenEvaluation, CountsThoseThatAreUpInTimeAndNoOthers) {
+  std::vector<v1::EvaluationResult> results(5);
+  const int frames[] = {90, 91, -1, 1};
+  for (int i = 0; i < 4; ++i) {
+    results[i].set_fallen_state(i);
+    results[i].set_recovered_at_frame(frames[i]);
+  }
+  results[4].set_success(true);  // did not start on the floor
+
+  EXPECT_DOUBLE_EQ(RecoveredShare(results, 3, 30), 0.5);
+  EXPECT_DOUBLE_EQ(RecoveredShare(results, 5, 30), 0.75);
+  EXPECT_EQ(RecoveredShare({}, 5, 30), 0);
+}
+
+}  // namespace
+}  // namespace sinew::actor

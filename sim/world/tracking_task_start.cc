@@ -1,0 +1,111 @@
+// How episodes of a tracking task begin.
+
+#include <algorithm>
+#include <cstdint>
+
+#include "sim/motion/rotation.h"
+#include "sim/world/tracking_task.h"
+
+namespace sinew::world {
+
+void SetReferencePose(const character::Character& character,
+                      const motion::FrameView& frame, mjData* data) {
+  const mjModel* model = character.model();
+  const int root = model->body_jntadr[1];
+  double* qpos = data->qpos + model->jnt_qposadr[root];
+  double* qvel = data->qvel + model->jnt_dofadr[root];
+  const Eigen::Quaterniond rotation =
+      motion::FromWxyz(frame.root_rotation).normalized();
+  const Eigen::Vector3d world_rate(frame.root_angular_velocity[0],
+                                   frame.root_angular_velocity[1],
+                                   frame.root_angular_velocity[2]);
+  const Eigen::Vector3d local_rate = rotation.conjugate() * world_rate;
+  for (int i = 0; i < 3; ++i) {
+    qpos[i] = frame.root_position[i];
+    qvel[i] = frame.root_linear_velocity[i];
+    qvel[3 + i] = local_rate[i];
+  }
+  motion::ToWxyz(rotation, qpos + 3);
+  for (size_t j = 0; j < character.joints().size(); ++j) {
+    const character::JointInfo& joint = character.joints()[j];
+    data->qpos[joint.qpos_address] = frame.joint_position[j];
+    data->qvel[joint.dof_address] = frame.joint_velocity[j];
+  }
+}
+
+void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
+                            Workspace* work) const {
+  const double position = recipe_.task().start().joint_position_noise();
+  const double velocity = recipe_.task().start().joint_velocity_noise();
+  if (position == 0 && velocity == 0) return;
+  FillNormal(key, absl::MakeSpan(work->noise));
+  const int joints = reader_.num_joints();
+  for (int j = 0; j < joints; ++j) {
+    const character::JointInfo& joint = character_->joints()[j];
+    data->qpos[joint.qpos_address] += position * work->noise[j];
+    data->qvel[joint.dof_address] += velocity * work->noise[joints + j];
+  }
+}
+
+void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
+                         mjData* data, absl::Span<double> previous_target,
+                         Workspace* work) const {
+  work->frame->Load(episode.clip, episode.start_frame);
+  mj_setState(character_->model(), data, fresh_row_.data(),
+              mjSTATE_INTEGRATION);
+  SetReferencePose(*character_, work->frame->view(), data);
+  if (noise != nullptr) AddNoise(*noise, data, work);
+  ReadJoints(data, absl::MakeSpan(work->joint_position));
+  action_.InitialTarget(work->joint_position, work->frame->view(),
+                        previous_target);
+  Refresh(data, work);
+}
+
+BodyStart TrackingTask::DrawStart(const RandomKey& key) const {
+  return recovery_.on() ? recovery_.Draw(key, num_fallen_states())
+                        : BodyStart();
+}
+
+void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
+                         mjData* data, Episode* episode,
+                         absl::Span<double> previous_target,
+                         Workspace* work) const {
+  episode->start_kind = start.kind;
+  episode->recovery_steps_left = start.recovery_steps;
+  Reset(*episode, noise, data, previous_target, work);
+  if (start.kind != v1::START_KIND_REFERENCE) {
+    Place(start, data, previous_target);
+    Refresh(data, work);
+  }
+  if (!recovery_.on()) return;
+  // What stands is the frame that the next step is compared with.
+  work->frame->Load(episode->clip, int64_t{episode->start_frame} +
+                                       (start.recovery_steps > 0 ? 1 : 0));
+  reader_.Read(work->frame->view(), &work->reference);
+  episode->goal_distance = GoalDistance(work->body, work->reference);
+}
+
+void TrackingTask::Place(const BodyStart& start, mjData* data,
+                         absl::Span<double> previous_target) const {
+  const mjModel* model = character_->model();
+  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  double* rate = data->qvel + model->jnt_dofadr[model->body_jntadr[1]];
+  const double x = root[0] + start.offset_x, y = root[1] + start.offset_y;
+  if (start.kind == v1::START_KIND_FALLEN) {
+    const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
+    std::copy(qpos.begin(), qpos.end(), data->qpos);
+    std::fill_n(data->qvel, model->nv, 0.0);
+    ReadJoints(data, previous_target);
+  }
+  root[0] = x;
+  root[1] = y;
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(start.turn, Eigen::Vector3d::UnitZ()));
+  motion::ToWxyz(turn * motion::FromWxyz(root + 3), root + 3);
+  // The angular velocity is the body's own: it turns with it.
+  const Eigen::Vector3d velocity =
+      turn * Eigen::Vector3d(rate[0], rate[1], rate[2]);
+  for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
+}
+
+}  // namespace sinew::world
