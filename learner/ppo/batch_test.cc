@@ -34,7 +34,7 @@ std::vector<v1::Segment> MakeSegments() {
   const policy::TrackingPolicyOptions network = {
       .observation_width = problem.observation_width,
       .action_width = problem.action_width,
-      .network = WithDefaults({}).network()};
+      .network = WithDefaults(v1::Recipe()).network()};
   return MakeSyntheticSegments(problem, *policy::BuildTrackingPolicy(network),
                                *policy::InitialWeights(network, 3), 0);
 }

@@ -50,7 +50,7 @@ absl::StatusOr<std::vector<v1::Segment>> MakeSegments(
   const policy::TrackingPolicyOptions network = {
       .observation_width = options.observation_width,
       .action_width = options.action_width,
-      .network = WithDefaults({}).network()};
+      .network = WithDefaults(v1::Recipe()).network()};
   SINEW_ASSIGN_OR_RETURN(const v1::PolicyGraph graph,
                          policy::BuildTrackingPolicy(network));
   SINEW_ASSIGN_OR_RETURN(const TensorMap weights,

@@ -16,8 +16,9 @@ namespace sinew::import {
 // the model's, limbs in the source's directions with the model's lengths, so
 // that straight limbs stay straight; but hands where the source's are from its
 // hips, scaled with the legs (or as near to there as arms reach), as what they
-// do they do to each other and to the body, with elbows bent to them; roles that the model lacks beside their
-// parents, scaled with the legs. [frames][roles], world.
+// do they do to each other and to the body, with elbows bent to them; roles
+// that the model lacks beside their parents, scaled with the legs.
+// [frames][roles], world.
 using ScaledSource = std::vector<std::vector<Eigen::Vector3d>>;
 
 ScaledSource ScaleSource(const RoleTrack& track, const BodyMap& map,
