@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/edit.h"
 #include "sim/import/retarget/ground.h"
@@ -19,6 +20,16 @@ absl::Status CheckKept(const std::string& which, const KeptSeconds& kept) {
   return absl::InvalidArgumentError(
       absl::StrCat("blend: ", which, " clip: expected 0 <= from < to, found ",
                    kept.from_s, " s to ", kept.to_s, " s"));
+}
+
+absl::StatusOr<ModelMotion> Keep(absl::string_view which,
+                                 const KeptSeconds& kept,
+                                 const ModelMotion& motion) {
+  auto result = Trim(motion, kept.from_s, kept.to_s);
+  if (result.ok()) return result;
+  return absl::Status(
+      result.status().code(),
+      absl::StrCat("blend: ", which, " clip: ", result.status().message()));
 }
 
 // The mean of two means, by frames.
@@ -84,12 +95,10 @@ absl::StatusOr<Retargeted> BlendClips(const BlendOptions& options,
                                       const Retargeted& second,
                                       Dynamics* dynamics) {
   SINEW_RETURN_IF_ERROR(CheckBlendOptions(options));
-  SINEW_ASSIGN_OR_RETURN(
-      const ModelMotion before,
-      Trim(first.motion, options.first.from_s, options.first.to_s));
-  SINEW_ASSIGN_OR_RETURN(
-      const ModelMotion after,
-      Trim(second.motion, options.second.from_s, options.second.to_s));
+  SINEW_ASSIGN_OR_RETURN(const ModelMotion before,
+                         Keep("first", options.first, first.motion));
+  SINEW_ASSIGN_OR_RETURN(const ModelMotion after,
+                         Keep("second", options.second, second.motion));
   Retargeted blended;
   SINEW_ASSIGN_OR_RETURN(blended.motion,
                          Blend(dynamics, before, after, options.gap_s));

@@ -193,7 +193,7 @@ TEST(CheckBlendOptions, NamesWhatIsOutOfRange) {
   for (const double gap : {0.0, -1.0, 10.5, kNan}) {
     EXPECT_THAT(
         CheckBlendOptions({.gap_s = gap}),
-        StatusIs(kInvalid, HasSubstr("gap of more than 0 and at most 10 s")))
+        StatusIs(kInvalid, HasSubstr("gap of more than 0 and at most 2 s")))
         << gap;
   }
   EXPECT_THAT(CheckBlendOptions({.first = {.from_s = 2, .to_s = 1}}),

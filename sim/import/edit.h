@@ -95,7 +95,7 @@ absl::StatusOr<Loop> FindLoop(Dynamics* dynamics, const ModelMotion& motion,
 ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 
 // Longer gaps, s, are not led over but made up.
-inline constexpr double kMostBlendGap = 10;
+inline constexpr double kMostBlendGap = 2;
 
 // `first`, then about `gap_s` seconds that lead over, then `second`, which is
 // placed so that it goes on with the heading and at the place to which the mean

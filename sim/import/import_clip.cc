@@ -135,6 +135,9 @@ absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
   Dynamics dynamics(model);
   SINEW_ASSIGN_OR_RETURN(Retargeted blended,
                          BlendClips(blend, before, after, &dynamics));
+  SINEW_RETURN_IF_ERROR(
+      CheckDuration(absl::StrCat(NameOf(first), " + ", NameOf(second)),
+                    blended.motion.frames() / blended.motion.rate));
   SINEW_ASSIGN_OR_RETURN(ImportedClip imported,
                          Finish(first, options, std::move(blended), &dynamics));
   v1::BlendedClip* next = imported.info.mutable_blend();

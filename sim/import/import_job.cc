@@ -41,20 +41,24 @@ void AddFile(const JobFile& file, std::string* text) {
   AddField("kind", LowerCaseExtension(file.path), text);
 }
 
+// What a clip is made of.
+void AddContent(const ImportJob& job, std::string* text) {
+  AddFile(job.file, text);
+  if (!job.next.has_value()) return;
+  AddFile(*job.next, text);
+  const BlendOptions& blend = job.blend;
+  AddField("blend",
+           absl::StrJoin({blend.gap_s, blend.first.from_s, blend.first.to_s,
+                          blend.second.from_s, blend.second.to_s},
+                         " ", AppendExact),
+           text);
+}
+
 std::string Key(const ImportContext& context, const ImportJob& job) {
   std::string text;
   AddField("options", context.options_sha256, &text);
-  AddFile(job.file, &text);
+  AddContent(job, &text);
   AddField("mirrored", job.mirrored ? "yes" : "no", &text);
-  if (job.next.has_value()) {
-    AddFile(*job.next, &text);
-    const BlendOptions& blend = job.blend;
-    AddField("blend",
-             absl::StrJoin({blend.gap_s, blend.first.from_s, blend.first.to_s,
-                            blend.second.from_s, blend.second.to_s},
-                           " ", AppendExact),
-             &text);
-  }
   return Sha256Hex(text);
 }
 
@@ -234,7 +238,9 @@ std::string ImportJob::Name() const {
 std::string ImportJob::Sha256() const {
   if (!readable().ok()) return "";
   if (!next.has_value()) return file.sha256;
-  return Sha256Hex(absl::StrCat(file.sha256, next->sha256));
+  std::string text;
+  AddContent(*this, &text);
+  return Sha256Hex(text);
 }
 
 ImportJob MakeJob(const std::string& file, const ReadClipOptions& options) {

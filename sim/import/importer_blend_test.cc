@@ -143,7 +143,7 @@ TEST_F(ImporterBlendTest, RefusesAGapOutOfRange) {
   EXPECT_THAT(
       ImportFiles(*character_, {}, options_, TestPath("gap"), &reports_),
       StatusIs(absl::StatusCode::kInvalidArgument,
-               HasSubstr("gap of more than 0 and at most 10 s, found 11")));
+               HasSubstr("gap of more than 0 and at most 2 s, found 11")));
 }
 
 }  // namespace

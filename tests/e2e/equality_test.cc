@@ -98,7 +98,8 @@ TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
   const std::string address = rig.AwaitAddress(*learner, "learner");
   const auto actor = [&](const std::string& name) {
     return rig.Start(name, {"actor", "--learner", address, "--cache",
-                            rig.Path(name + "-cache"), "--threads", "1"});
+                            rig.Path(name + "-cache"), "--threads", "1",
+                            "--reconnect-seconds", "20"});
   };
   const auto first = actor("actor1");
   const auto second = actor("actor2");
@@ -112,7 +113,7 @@ TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
   int served = 0;
   for (const auto& [name, process] :
        {std::pair("actor1", first.get()), std::pair("actor2", second.get())}) {
-    const auto end = process->Wait(absl::Minutes(3));
+    const auto end = process->Wait(absl::Minutes(1));
     ASSERT_THAT(end, IsOk()) << rig.Output(name);
     served += end->ok();
     if (end->ok()) continue;

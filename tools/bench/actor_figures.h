@@ -15,8 +15,9 @@ namespace sinew::bench {
 // loop around mj_step (all but the first step of each episode); that both go
 // through the same states is checked bit for bit. Both, and the policy's
 // products, are timed in turns, and the fastest of each turn's kind counts:
-// what else runs on the machine only ever adds to a time. Times are CPU seconds
-// of the thread; a figure is the median over rounds and threads.
+// what else runs on the machine only ever adds to a time. (Caches are warm: an
+// order is run once before it is timed.) Times are CPU seconds of the thread; a
+// figure is the median over rounds and threads.
 struct ActorFigures {
   int threads = 0;
   // mj_step per second inside rollouts, over raw_steps_per_s.

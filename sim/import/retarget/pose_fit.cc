@@ -39,12 +39,12 @@ ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
       best = next;
       if (i == options.iterations) break;
       step = equations.Solve(/*damping=*/0);
-      if (step.empty()) break;
     } else {
       damping *= 10;
       for (VectorXd& s : step) s *= 0.3;
       next = best;
     }
+    if (step.empty()) break;  // a first cost that is no number
     for (int t = 0; t < frames; ++t) {
       mj_integratePos(&model, next.qpos[t].data(), step[t].data(), 1);
     }

@@ -114,11 +114,18 @@ TEST_F(PoseFitTest, HandsAreWantedWhereTheSourceHasThemAsFarAsArmsReach) {
       const double upper = (elbow - shoulder).norm();
       const double lower = (hand - elbow).norm();
       // The bones of the humanoid: upper arm and forearm.
-      EXPECT_NEAR(upper,
-                  (wanted_[0][track_.Find(side + "_elbow")] -
-                   wanted_[0][track_.Find(side + "_shoulder")])
-                      .norm(),
-                  1e-9);
+      const auto place_of = [&](const std::string& role) {
+        return PointPlace(map_, map_.points[map_.FindPoint(track_.Find(role))],
+                          *dynamics_);
+      };
+      dynamics_->SetPose(motion_.qpos[t]);
+      EXPECT_NEAR(
+          upper,
+          (place_of(side + "_elbow") - place_of(side + "_shoulder")).norm(),
+          1e-9);
+      EXPECT_NEAR(
+          lower, (place_of(side + "_wrist") - place_of(side + "_elbow")).norm(),
+          1e-9);
       const double off = (hand - place).norm();
       reached += off < 1e-9;
       if (off < 1e-9) continue;
@@ -128,6 +135,39 @@ TEST_F(PoseFitTest, HandsAreWantedWhereTheSourceHasThemAsFarAsArmsReach) {
     }
   }
   EXPECT_GT(reached, 0);
+}
+
+TEST_F(PoseFitTest, ElbowsOfStraightArmsBendAsTheModelDoesAndDoNotJump) {
+  // Arms of the source straight, or bent to either side by less than can be
+  // told, and too short for the model's.
+  for (int t = 0; t < motion_.frames(); ++t) {
+    for (const std::string side : {"left", "right"}) {
+      std::vector<Eigen::Vector3d>& source = track_.position[t];
+      const Eigen::Vector3d shoulder = source[track_.Find(side + "_shoulder")];
+      Eigen::Vector3d& hand = source[track_.Find(side + "_wrist")];
+      hand = shoulder + 0.8 * (hand - shoulder);
+      source[track_.Find(side + "_elbow")] =
+          (shoulder + hand) / 2 +
+          Eigen::Vector3d(0.008 * std::sin(1.0 * t), 0, 0);
+    }
+  }
+  const ScaledSource wanted =
+      ScaleSource(track_, map_, motion_, dynamics_.get());
+  for (int t = 0; t < motion_.frames(); ++t) {
+    for (const std::string side : {"left", "right"}) {
+      const auto out = [&](int frame) -> Eigen::Vector3d {
+        const auto at = [&](const std::string& role) {
+          return wanted[frame][track_.Find(side + role)];
+        };
+        return at("_elbow") - (at("_shoulder") + at("_wrist")) / 2;
+      };
+      EXPECT_GT(out(t).norm(), 0.05) << t << " " << side;
+      // Elbows go with the arm, not from one side of it to the other.
+      if (t == 0) continue;
+      EXPECT_GT(out(t).normalized().dot(out(t - 1).normalized()), 0.7)
+          << t << " " << side;
+    }
+  }
 }
 
 TEST_F(PoseFitTest, AShakenMotionIsCalmedAndItsFeetStand) {

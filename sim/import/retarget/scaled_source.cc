@@ -13,9 +13,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// An arm whose elbow is less than this off the line from shoulder to hand is
-// straight; what is nearer to it is on it; m.
+// How far an elbow is off the line from shoulder to hand, m: in an arm that is
+// straight; at least, in one that is surely bent; what is nearer is on it.
 constexpr double kStraight = 0.01;
+constexpr double kBent = 0.03;
 constexpr double kNowhere = 1e-6;
 
 Eigen::Map<const Matrix> Frame(int body, const Dynamics& dynamics) {
@@ -140,12 +141,20 @@ void PlaceHand(const std::vector<Placing>& placings, const BodyMap& map,
   if (shoulder < 0) return;
   const Vector3d& origin = (*places)[shoulder];
   Vector3d& elbow = (*places)[placing.limb];
-  Vector3d out = Across(elbow - origin, place - origin);
-  // An arm held straight does not say which way it bends; the model does.
+  const Vector3d axis = place - origin;
+  if (axis.norm() < kNowhere) return;
+  // How far the source's own arm is from straight.
+  const double off = Across(elbow - origin, (*places)[role] - origin).norm();
+  Vector3d out = Across(elbow - origin, axis);
   if (placing.upper >= 0) {
-    out += kStraight * Across(Frame(map.bodies[placing.upper].body, dynamics) *
-                                  placing.bend,
-                              place - origin);
+    const Vector3d bend = Across(
+        Frame(map.bodies[placing.upper].body, dynamics) * placing.bend, axis);
+    // An arm held straight does not say which way it bends; the model does: no
+    // elbow bends backwards, and one on the line goes its way.
+    if (off < kBent && bend.norm() > kNowhere) {
+      out -= std::min(0.0, out.dot(bend)) / bend.squaredNorm() * bend;
+    }
+    out += kStraight * bend;
   }
   if (out.norm() < kNowhere) return;
   BendLimb(origin, placings[placing.limb].length, placing.length, place, out,
