@@ -173,8 +173,14 @@ INSTANTIATE_TEST_SUITE_P(
                   "task.start.uniform_share: expected within [0, 1], found "
                   "1.5"},
         Violation{{"task.start.adaptive.pre_failure_seconds=-1"},
-                  "task.start.adaptive.pre_failure_seconds: expected >= 0, "
-                  "found -1"},
+                  "task.start.adaptive.pre_failure_seconds: expected within "
+                  "[0, 1000000], found -1"},
+        Violation{{"task.start.adaptive.pre_failure_seconds=1e9"},
+                  "task.start.adaptive.pre_failure_seconds: expected within "
+                  "[0, 1000000], found 1000000000"},
+        Violation{{"task.start.bin_seconds=1e9"},
+                  "task.start.bin_seconds: expected within [0, 1000000], found "
+                  "1000000000"},
         Violation{{"task.start.adaptive.half_life_passages=-1"},
                   "task.start.adaptive.half_life_passages: expected >= 0, "
                   "found -1"},
@@ -249,7 +255,13 @@ INSTANTIATE_TEST_SUITE_P(
                   "found true"},
         Violation{{"ppo.anneal.success_share=0.5"},
                   "evaluation.interval: expected >= 1, since ppo.anneal waits "
-                  "for evaluations, found 0"}));
+                  "for evaluations, found 0"},
+        Violation{{"task.start.rule=phc_soft"},
+                  "evaluation.interval: expected >= 1, since task.start.rule "
+                  "follows evaluations, found 0"},
+        Violation{{"task.start.rule=phc_hard"},
+                  "evaluation.interval: expected >= 1, since task.start.rule "
+                  "follows evaluations, found 0"}));
 
 // Configurations that would wait for ever.
 INSTANTIATE_TEST_SUITE_P(

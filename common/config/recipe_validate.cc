@@ -20,6 +20,8 @@ namespace {
 constexpr int kFormatVersion = 1;
 // The learner keeps the snapshots of so many iterations.
 constexpr int kMaxEvaluationDelay = 2;
+// Longer than any clip.
+constexpr double kMaxStartSeconds = 1e6;
 
 bool IsName(absl::string_view name) {
   return std::all_of(name.begin(), name.end(), [](char c) {
@@ -109,14 +111,16 @@ void CheckStart(const v1::Start& start, FieldChecker& check) {
                 "task.start.rule", "a known rule",
                 static_cast<int>(start.rule()));
   check.Positive(start.bin_seconds(), "task.start.bin_seconds");
+  check.Within(start.bin_seconds(), 0, kMaxStartSeconds,
+               "task.start.bin_seconds");
   check.Within(start.uniform_share(), 0, 1, "task.start.uniform_share");
   check.AtLeast(start.joint_position_noise(), 0,
                 "task.start.joint_position_noise");
   check.AtLeast(start.joint_velocity_noise(), 0,
                 "task.start.joint_velocity_noise");
   const v1::AdaptiveBins& adaptive = start.adaptive();
-  check.AtLeast(adaptive.pre_failure_seconds(), 0,
-                "task.start.adaptive.pre_failure_seconds");
+  check.Within(adaptive.pre_failure_seconds(), 0, kMaxStartSeconds,
+               "task.start.adaptive.pre_failure_seconds");
   check.AtLeast(adaptive.half_life_passages(), 0,
                 "task.start.adaptive.half_life_passages");
   check.Within(adaptive.bin_floor(), 0, 1, "task.start.adaptive.bin_floor");
@@ -239,6 +243,12 @@ void CheckEvaluation(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(!anneals || evaluation.interval() > 0, "evaluation.interval",
                 ">= 1, since ppo.anneal waits for evaluations",
                 evaluation.interval());
+  const v1::Start::Rule rule = recipe.task().start().rule();
+  check.Require(
+      (rule != v1::Start::RULE_PHC_SOFT && rule != v1::Start::RULE_PHC_HARD) ||
+          evaluation.interval() > 0,
+      "evaluation.interval", ">= 1, since task.start.rule follows evaluations",
+      evaluation.interval());
 }
 
 }  // namespace

@@ -14,9 +14,8 @@ namespace sinew::learner {
 //                     all are divided by their sum where that is above 1
 //   cap of clip c     K_c = max(clip_cap, min(1, 2 / C), F_c)
 //   weight            w_b = n_b r_b, W_c its sum over the clip
-//   extra of clip c   E_c = min(K_c - F_c, lambda W_c), lambda such that all
-//   E_c
-//                     and all F_c sum to 1
+//   extra of clip c   E_c = min(K_c - F_c, lambda W_c), lambda such that
+//                     all E_c and all F_c sum to 1
 //   probability       p_b = F_c n_b / n_c + E_c w_b / W_c
 //
 // So every bin keeps bin_floor times what the uniform rule gives it, every clip

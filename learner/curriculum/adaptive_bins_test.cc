@@ -25,7 +25,7 @@ TEST(LimitClips, GivesAClipTheLargerOfItsTwoFloors) {
 }
 
 TEST(LimitClips, ScalesFloorsThatAskForMoreThanOne) {
-  // 0.5 by frames, 0.5 each as clips: 1 + 3 * 0.25 before.
+  // 0.7 by frames, and 0.25 each as clips: 0.7 + 3 * 0.25 = 1.45 before.
   const auto limits = LimitClips({700, 100, 100, 100}, 1, 1, 1);
 
   EXPECT_NEAR(limits[0].floor_share, 0.7 / 1.45, 1e-12);

@@ -20,8 +20,11 @@ constexpr double kErrorRate = 0.1;
 // Recent counts below this are as good as none.
 constexpr double kForgotten = 1e-9;
 
+// More frames than any clip has, so that sums of a few do not overflow.
+constexpr double kMaxFrames = 1 << 30;
+
 int64_t Frames(double seconds, double frames_per_second) {
-  return std::llround(seconds * frames_per_second);
+  return std::llround(std::min(seconds * frames_per_second, kMaxFrames));
 }
 
 void CopyStatistics(const v1::CurriculumTable::Bin& from,
@@ -151,6 +154,7 @@ void Curriculum::RunThrough(const ClipBins& clip, int64_t start, int64_t steps,
 }
 
 void Curriculum::Record(const v1::EpisodeEnd& episode, int64_t iteration) {
+  if (episode.start_kind() != v1::START_KIND_REFERENCE) return;
   const ClipBins& clip = clips_[episode.clip()];
   if (clip.count == 0) return;
   v1::CurriculumTable::Bin& begun = BinAt(clip, episode.start_frame());
@@ -167,12 +171,17 @@ void Curriculum::Record(const v1::EpisodeEnd& episode, int64_t iteration) {
         BinAt(clip, int64_t{episode.start_frame()} + episode.steps());
     bin.set_failures(bin.failures() + 1);
   }
-  RunThrough(clip, episode.start_frame(), episode.steps(), failed);
+  const bool diverged = episode.reason() == v1::EpisodeEnd::REASON_DIVERGED;
+  RunThrough(clip, episode.start_frame(), episode.steps(), failed || diverged);
 }
 
 void Curriculum::RecordEvaluation(
     absl::Span<const v1::EvaluationResult> results, int64_t iteration) {
-  for (const ClipSummary& summary : SummariseEvaluation(results).clips) {
+  std::vector<v1::EvaluationResult> standing;
+  for (const v1::EvaluationResult& result : results) {
+    if (!result.has_fallen_state()) standing.push_back(result);
+  }
+  for (const ClipSummary& summary : SummariseEvaluation(standing).clips) {
     v1::CurriculumTable::Clip& clip = *table_.mutable_clips(summary.clip);
     clip.set_evaluations(clip.evaluations() + 1);
     clip.set_failed_evaluations(clip.failed_evaluations() +
@@ -182,13 +191,6 @@ void Curriculum::RecordEvaluation(
                              summary.starts);
     clip.set_mean_error_mm(summary.means.e_g_mpjpe_mm);
     clip.set_last_evaluated(iteration);
-  }
-  for (const v1::EvaluationResult& result : results) {
-    const ClipBins& clip = clips_[result.clip()];
-    if (clip.count == 0) continue;
-    RunThrough(clip, result.start_frame(),
-               std::max(result.frames(), result.failed_at_frame()),
-               !result.success());
   }
 }
 

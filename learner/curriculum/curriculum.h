@@ -27,8 +27,9 @@ namespace sinew::learner {
 //   Reweigh                once, before the next snapshot is made
 //
 // Recent passages and failures (v1::CurriculumTable.Bin) are kept under every
-// rule. A run through a clip passes its bins one after the other, a loop's
-// again in each round. One that fails counts in the bin where it does, and in
+// rule, of episodes alone: an evaluation fails by a laxer measure. A run
+// through a clip passes its bins one after the other, a loop's again in each
+// round. One that fails, or diverges, counts in the bin where it does, and in
 // those before it by the share of the frames passed there that lie at most
 // pre_failure_seconds before the failure: the cause lies there, and never
 // before the start, which is a frame of the clip itself. With P passages in an
@@ -50,10 +51,12 @@ class Curriculum {
       absl::Span<const std::string> clip_sha256 = {});
 
   // Counts a finished episode of `iteration`: a visit for the bin where it
-  // began, a failure for the bin where it failed, and as recent.
+  // began, a failure for the bin where it failed (not where it diverged, which
+  // only what is recent counts as failed), and as recent. Episodes that do not
+  // begin on the reference do not count.
   void Record(const v1::EpisodeEnd& episode, int64_t iteration);
-  // Counts an evaluation of the snapshot of `iteration`: for clips, and as
-  // recent. Results in the order of their orders.
+  // Counts an evaluation of the snapshot of `iteration`, for clips alone.
+  // Results in the order of their orders; those of fallen states do not count.
   void RecordEvaluation(absl::Span<const v1::EvaluationResult> results,
                         int64_t iteration);
   // Forgets some of what was recent and recomputes probabilities.

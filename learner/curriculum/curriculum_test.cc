@@ -16,6 +16,7 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -121,14 +122,14 @@ TEST(Curriculum, CutsClipsIntoBinsAndLeavesOutLastFrames) {
 TEST(Curriculum, CountsFailuresWhereTheyHappenAndVisitsWhereTheyBegin) {
   auto curriculum = MakeCurriculum(v1::Start::RULE_BINS);
 
-  // Begins in bin 0, fails at frame 5 + 28 = 33 of a loop of 25: frame 8.
+  // Begins in bin 1, fails at frame 15 + 18 = 33 of a loop of 25: frame 8.
   curriculum->Record(MakeEpisode(0, 15, 18, true), /*iteration=*/7);
 
   const auto& bins = curriculum->table().bins();
   EXPECT_EQ(bins[1].visits(), 1);
   EXPECT_EQ(bins[1].last_seen(), 7);
   EXPECT_DOUBLE_EQ(bins[1].mean_body_distance(), 0.2);
-  EXPECT_EQ(bins[0].failures(), 1);  // (15 + 18) mod 25 = 8
+  EXPECT_EQ(bins[0].failures(), 1);
   EXPECT_EQ(bins[1].failures(), 0);
 }
 
@@ -210,6 +211,64 @@ TEST(Curriculum, BlamesNothingBeforeTheStart) {
   EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 1, 2, 0));
 }
 
+TEST(Curriculum, TakesEpisodesThatDivergeAsFailedInRates) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  v1::EpisodeEnd episode = MakeEpisode(0, 2, 20, false);
+  episode.set_reason(v1::EpisodeEnd::REASON_DIVERGED);
+
+  curriculum->Record(episode, 1);
+
+  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 1, 1, 0));
+  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(0, 0.3, 1, 0));
+  EXPECT_EQ(curriculum->table().bins(2).failures(), 0);
+}
+
+TEST(Curriculum, PassesOverEpisodesThatDoNotBeginOnTheReference) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  curriculum->Record(MakeEpisode(0, 2, 20, true), 1);
+  curriculum->Reweigh();
+  const std::string before = curriculum->table().SerializeAsString();
+
+  for (const auto kind : {v1::START_KIND_FALLEN, v1::START_KIND_FAR}) {
+    v1::EpisodeEnd episode = MakeEpisode(1, 0, 3, true);
+    episode.set_start_kind(kind);
+    curriculum->Record(episode, 2);
+  }
+
+  EXPECT_EQ(curriculum->table().SerializeAsString(), before);
+  curriculum->Reweigh();
+  EXPECT_EQ(curriculum->table().SerializeAsString(), before);
+}
+
+TEST(Curriculum, PassesOverEvaluationsOfFallenStates) {
+  auto curriculum = MakeAdaptive(MakeLibrary());
+  v1::EvaluationResult fallen = MakeResult(0, 0, 20, 3);
+  fallen.set_fallen_state(2);
+
+  curriculum->RecordEvaluation({fallen, MakeResult(1, 0, 10, -1)}, 6);
+
+  EXPECT_EQ(curriculum->table().clips(0).evaluations(), 0);
+  EXPECT_EQ(curriculum->table().clips(0).last_evaluated(), -1);
+  EXPECT_EQ(curriculum->table().clips(1).evaluations(), 1);
+}
+
+TEST(Curriculum, TakesTimesLongerThanAnyClip) {
+  v1::Start start;
+  start.set_rule(v1::Start::RULE_ADAPTIVE_BINS);
+  start.set_bin_seconds(1e9);
+  start.mutable_adaptive()->set_pre_failure_seconds(1e9);
+
+  const auto curriculum = Curriculum::Create(start, MakeLibrary());
+  ASSERT_THAT(curriculum, IsOk());
+  (*curriculum)->Record(MakeEpisode(0, 5, 3, true), 1);
+  (*curriculum)->Reweigh();
+
+  ASSERT_EQ((*curriculum)->table().bins_size(), 2);
+  EXPECT_EQ((*curriculum)->table().bins(0).num_frames(), 25);
+  EXPECT_EQ((*curriculum)->table().bins(0).failures(), 1);
+  EXPECT_EQ((*curriculum)->table().bins(1).num_frames(), 10);
+}
+
 TEST(Curriculum, ForgetsByHalfOverTheHalfLife) {
   auto curriculum = MakeAdaptive(MakeLibrary());
   // 40 passages over 4 bins are 10 of an average one.
@@ -245,9 +304,9 @@ TEST(Curriculum, TakesEvaluationsIn) {
   EXPECT_FALSE(table.clips(1).failed_latest());
   EXPECT_EQ(table.clips(1).failed_evaluations(), 0);
   EXPECT_EQ(table.bins(0).visits(), 0);  // no episode
-  // 0 to 20 and 12 to 15, which is bin 1.
-  EXPECT_THAT(RecentPassages(*curriculum), ElementsAre(1, 2, 1, 1));
-  EXPECT_THAT(RecentFailures(*curriculum), ElementsAre(0, 1, 0, 0));
+  // Nor do they dilute what episodes find.
+  EXPECT_THAT(RecentPassages(*curriculum), Each(0));
+  EXPECT_THAT(RecentFailures(*curriculum), Each(0));
 
   curriculum->RecordEvaluation({MakeResult(0, 0, 20, -1)}, 8);
   EXPECT_EQ(table.clips(0).evaluations(), 2);
