@@ -16,8 +16,15 @@ absl::Status Error(const v1::Order& order, absl::string_view field,
 }
 
 absl::Status CheckTraining(const v1::Order& order,
+                           const PreparedSnapshot& snapshot,
                            const world::TrackingTask& task,
                            int max_environments) {
+  if (snapshot.starts().num_frames() == 0) {
+    return Error(order, "kind",
+                 "KIND_EVALUATE, since all clips of the library are left out "
+                 "of training",
+                 "KIND_TRAIN");
+  }
   if (task.recipe().task().recovery().fallen_share() > 0 &&
       task.num_fallen_states() == 0) {
     return Error(order, "assets_sha256",
@@ -126,7 +133,7 @@ absl::Status CheckOrder(const v1::Order& order,
   }
   switch (order.kind()) {
     case v1::Order::KIND_TRAIN:
-      return CheckTraining(order, assets.task(), max_environments);
+      return CheckTraining(order, snapshot, assets.task(), max_environments);
     case v1::Order::KIND_EVALUATE:
       return CheckEvaluation(order, assets.task(), max_environments);
     default:

@@ -16,7 +16,8 @@ struct CurriculumSummary {
   int left_out_clips = 0;
   int bins = 0;
   // Of the start probabilities over bins, nats, and relative to that of the
-  // uniform rule (1 where there is one bin alone): less is more focused.
+  // uniform rule (1 where there is one bin alone): less is more focused. It may
+  // be above 1, since bins are not of one length.
   double entropy = 0;
   double entropy_share = 1;
   double floor_share = 0;         // StartRule::FloorShare

@@ -27,6 +27,11 @@ class Annealer {
 
   const v1::AnnealState& state() const { return state_; }
   void Restore(const v1::AnnealState& state) { state_ = state; }
+  // What comes is evaluated on another library: what the best survival was, and
+  // for how long, is forgotten unless annealing has started.
+  void Migrate() {
+    if (!state_.started()) state_.Clear();
+  }
 
  private:
   double Progress(int64_t samples) const;

@@ -120,7 +120,8 @@ class Trainer {
   // another library. Weights, optimisers and counters go on; so does what the
   // curriculum knows of unchanged clips, whose number is returned. Episodes
   // under way, orders and evaluations that are out belong to the old library:
-  // environments begin new episodes. That the character is the same, the caller
+  // environments begin new episodes, and unless annealing has started, it waits
+  // anew for evaluations to stall. That the character is the same, the caller
   // must know.
   absl::StatusOr<int> Migrate(const State& state);
 

@@ -156,6 +156,28 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values("", kLagOne,
                       "task { start { rule: RULE_ADAPTIVE_BINS } }"));
 
+TEST(Trainer, ForgetsWhatStalledOnAnotherLibrary) {
+  const v1::Recipe recipe = MakeRecipe();
+  Rig before(recipe);
+  before.Iterate();
+  Trainer::State state = before.trainer->Save();
+  state.counters.mutable_anneal()->set_best_survival(0.9);
+  state.counters.mutable_anneal()->set_stalled(3);
+  Rig after(recipe, 1, "others", MakeLargerLibrary());
+  ASSERT_THAT(after.trainer->Migrate(state), IsOk());
+  EXPECT_EQ(after.trainer->Save().counters.anneal().best_survival(), 0);
+  EXPECT_EQ(after.trainer->Save().counters.anneal().stalled(), 0);
+
+  // Once started it goes on.
+  state.counters.mutable_anneal()->set_started(true);
+  state.counters.mutable_anneal()->set_start_samples(5);
+  Rig annealing(recipe, 1, "others", MakeLargerLibrary());
+  ASSERT_THAT(annealing.trainer->Migrate(state), IsOk());
+  const Trainer::State migrated = annealing.trainer->Save();
+  EXPECT_TRUE(migrated.counters.anneal().started());
+  EXPECT_EQ(migrated.counters.anneal().start_samples(), 5);
+}
+
 TEST(Trainer, MigratesToAnotherLibraryOnlyUnderTheSameRecipe) {
   Rig run(MakeRecipe());
   run.Iterate();

@@ -163,6 +163,7 @@ absl::StatusOr<int> Trainer::Migrate(const State& state) {
   SINEW_RETURN_IF_ERROR(
       planner_.Restore(environments, counters.next_order_id()));
   SINEW_RETURN_IF_ERROR(RestoreLearning(state));
+  annealer_.Migrate();
   const int adopted = curriculum_->Adopt(counters.curriculum());
   snapshots_.clear();
   open_orders_.clear();

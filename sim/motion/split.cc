@@ -1,6 +1,7 @@
 #include "sim/motion/split.h"
 
 #include <cstdint>
+#include <filesystem>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -9,6 +10,16 @@
 #include "common/digest.h"
 
 namespace sinew::motion {
+namespace {
+
+// As SplitKey, of the second part of a clip that was joined from two.
+std::string BlendKey(const v1::BlendedClip& blend) {
+  if (!blend.trial().empty()) return blend.trial();
+  const std::filesystem::path file(blend.source_file());
+  return std::string(absl::StripSuffix(file.stem().string(), "_mirror"));
+}
+
+}  // namespace
 
 std::string SplitKey(const v1::ClipInfo& clip) {
   if (!clip.trial().empty()) return clip.trial();
@@ -28,7 +39,7 @@ bool IsLeftOut(absl::string_view split_key, double share) {
 
 bool IsLeftOut(const v1::ClipInfo& clip, double share) {
   return IsLeftOut(SplitKey(clip), share) ||
-         (clip.has_blend() && IsLeftOut(clip.blend().trial(), share));
+         (clip.has_blend() && IsLeftOut(BlendKey(clip.blend()), share));
 }
 
 }  // namespace sinew::motion

@@ -26,7 +26,8 @@ std::string SplitKey(const v1::ClipInfo& clip);
 bool IsLeftOut(absl::string_view split_key, double share);
 
 // The same for a clip; one that was joined from two recordings is left out if
-// either is.
+// either is. The second goes by its trial, else by the name of its file without
+// extension and "_mirror".
 bool IsLeftOut(const v1::ClipInfo& clip, double share);
 
 }  // namespace sinew::motion

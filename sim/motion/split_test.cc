@@ -73,6 +73,14 @@ TEST(Split, LeavesOutABlendWithEitherOfItsRecordings) {
     clip.mutable_blend()->set_trial(second);
     return IsLeftOut(clip, kShare);
   };
+  const auto of_file = [&](const std::string& second) {
+    v1::ClipInfo clip = Clip("blend", in);
+    clip.mutable_blend()->set_source_file(second);
+    return IsLeftOut(clip, kShare);
+  };
+  EXPECT_TRUE(of_file("folder/" + out + "_mirror.bvh"));
+  EXPECT_TRUE(of_file(out + ".bvh"));
+  EXPECT_FALSE(of_file("folder/" + in + "_mirror.bvh"));
   EXPECT_FALSE(IsLeftOut(Clip("one", in), kShare));
   EXPECT_FALSE(left_out(in, in));
   EXPECT_TRUE(left_out(in, out));

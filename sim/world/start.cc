@@ -58,12 +58,6 @@ absl::StatusOr<StartTable> StartTable::Create(
     end += clip.left_out() ? 0 : NumStartFrames(clip);
     table.ends_.push_back(end);
   }
-  if (end == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("motion library: expected at least one clip that is not "
-                     "left out of training, found none in ",
-                     library.num_clips()));
-  }
   const bool uniform = recipe.rule() == v1::Start::RULE_UNSPECIFIED ||
                        recipe.rule() == v1::Start::RULE_UNIFORM;
   if (!uniform && curriculum.bins_size() > 0) {

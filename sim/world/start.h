@@ -27,21 +27,23 @@ struct StartFrame {
 //            has set, then a frame of the bin uniformly. A curriculum without
 //            bins means uniform.
 //
+// A library of left-out clips alone can be evaluated: its table has no frames.
+//
 // Thread-safety: immutable. Ownership: copies what it needs. Blocking: never;
-// Draw does not allocate (binary searches). Errors: Create refuses a library of
-// left-out clips alone, and bins that lie outside their clip, are of a left-out
-// one, or whose probabilities do not sum to 1, naming bin, expected and found.
+// Draw does not allocate (binary searches). Errors: Create refuses bins that
+// lie outside their clip, are of a left-out one, or whose probabilities do not
+// sum to 1, naming bin, expected and found.
 class StartTable {
  public:
   static absl::StatusOr<StartTable> Create(
       const v1::Start& recipe, const motion::Library& library,
       const v1::CurriculumTable& curriculum);
 
-  // The start of an episode; pure in its arguments.
+  // The start of an episode; pure in its arguments. num_frames() > 0.
   StartFrame Draw(uint64_t seed, uint64_t environment, uint64_t episode) const;
 
   // Frames that can be drawn, over all clips.
-  int64_t num_frames() const { return ends_.back(); }
+  int64_t num_frames() const { return ends_.empty() ? 0 : ends_.back(); }
 
  private:
   struct Bin {

@@ -9,6 +9,7 @@
 #include "tools/curriculum/run_curriculum.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/subject.h"
+#include "tools/report/curves.h"
 #include "tools/report/film.h"
 #include "tools/report/page.h"
 #include "tools/report/page_data.h"
@@ -54,22 +55,27 @@ absl::Status AddFilm(const ReportOptions& options, const StopToken& stop,
   return absl::OkStatus();
 }
 
-// The curriculum of the newest training state; null: there is none.
-Json CurriculumOf(const std::string& run) {
+// The curriculum of the newest training state; null: it cannot be read. Why
+// becomes a note, where the run has a curriculum to show.
+Json CurriculumOf(const std::string& path, RunRecord& run) {
   const SystemClock clock;
-  const auto curriculum = tools::ReadRunCurriculum(run, clock);
-  if (!curriculum.ok()) return nullptr;
-  return tools::CurriculumJson(*curriculum, kHardestClips);
+  const auto curriculum = tools::ReadRunCurriculum(path, clock);
+  if (curriculum.ok()) return tools::CurriculumJson(*curriculum, kHardestClips);
+  if (!CurriculumCurves(run.rows).empty()) {
+    run.notes.push_back(absl::StrCat("The curriculum cannot be read: ",
+                                     curriculum.status().message()));
+  }
+  return nullptr;
 }
 
 }  // namespace
 
 absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
                                         const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(const RunRecord run, ReadRun(options.run));
+  SINEW_ASSIGN_OR_RETURN(RunRecord run, ReadRun(options.run));
   PageContext context;
   context.build = BuildIdentity();
-  context.curriculum = CurriculumOf(options.run);
+  context.curriculum = CurriculumOf(options.run, run);
   context.motions = MotionsOf(options, run);
   if (context.motions.empty()) {
     context.film_note = "No motion library was named.";

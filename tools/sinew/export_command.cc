@@ -50,6 +50,24 @@ absl::Status ExportLatest(const ExportOptions& options,
                            options.out);
 }
 
+// Whether the best policy was found on the library that the run now has.
+absl::Status CheckLibrary(const ExportOptions& options,
+                          checkpoint::ArtifactStore& store,
+                          const v1::EvaluatedPolicy& best) {
+  if (best.assets_sha256().empty()) return absl::OkStatus();
+  std::vector<std::string> warnings;
+  const auto state = learner::LoadLatestState(store, &warnings);
+  if (absl::IsNotFound(state.status())) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(state.status());
+  if (best.assets_sha256() == state->counters.assets_sha256()) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat(
+      options.run, ": the best policy: expected one of the run's assets ",
+      state->counters.assets_sha256(), ", found one of ", best.assets_sha256(),
+      "; nothing was evaluated since the library changed"));
+}
+
 absl::Status ExportBest(const ExportOptions& options,
                         checkpoint::ArtifactStore& store) {
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
@@ -65,6 +83,7 @@ absl::Status ExportBest(const ExportOptions& options,
                      "evaluated.pb, found ",
                      files.size(), " others"));
   }
+  SINEW_RETURN_IF_ERROR(CheckLibrary(options, store, evaluated));
   return bundle::ExportRun(options.run,
                            {.snapshot = *snapshot->second,
                             .iterations = evaluated.iteration(),

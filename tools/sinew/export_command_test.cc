@@ -55,21 +55,25 @@ class ExportCommand : public ::testing::Test {
                                   checkpoint::StoreAccess::kWrite,
                                   rpc::Security(), clock_);
   }
-  void SaveState(const std::string& snapshot) const {
+  void SaveState(const std::string& snapshot,
+                 const std::string& assets = "") const {
     learner::Trainer::State state;
     state.counters.set_format_version(1);
     state.counters.set_iteration(12);
     state.counters.set_samples(345);
+    state.counters.set_assets_sha256(assets);
     v1::SnapshotReference* reference = state.counters.add_snapshots();
     reference->set_version(12);
     reference->set_sha256(Sha256Hex(snapshot));
     state.snapshots.push_back(snapshot);
     ASSERT_THAT(learner::SaveState(*Store(), state, /*keep=*/2), IsOk());
   }
-  void SaveBest(const std::string& snapshot) const {
+  void SaveBest(const std::string& snapshot,
+                const std::string& assets = "") const {
     v1::EvaluatedPolicy evaluated;
     evaluated.set_iteration(9);
     evaluated.set_build("b9");
+    evaluated.set_assets_sha256(assets);
     evaluated.mutable_metrics()->set_succeeded_starts(31);
     v1::Artifact record;
     record.set_id("policy-00000009");
@@ -125,6 +129,18 @@ TEST_F(ExportCommand, MakesABundleOfTheBestPolicyWithItsMetrics) {
   EXPECT_EQ(bundle->manifest.provenance().iterations(), 9);
   EXPECT_EQ(bundle->manifest.provenance().build(), "b9");
   EXPECT_EQ(bundle->manifest.metrics().succeeded_starts(), 31);
+}
+
+TEST_F(ExportCommand, RefusesTheBestPolicyOfAnotherLibrary) {
+  SaveState(Snapshot(0.2), "new assets");
+  SaveBest(Snapshot(0.4), "old assets");
+
+  EXPECT_THAT(Export(" --best"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected one of the run's assets new assets, "
+                                 "found one of old assets")));
+  EXPECT_FALSE(FileExists(Out()));
+  EXPECT_THAT(Export(), IsOk());
 }
 
 TEST_F(ExportCommand, NamesWhatIsMissing) {

@@ -116,10 +116,13 @@ void PrintSummary(const std::vector<import::ClipReport>& reports) {
     if (report.status.ok()) seconds += report.duration_s;
     if (!report.from_cache) core_seconds += report.core_seconds;
   }
+  const std::string motion =
+      seconds < 120 ? absl::StrFormat("%.1f seconds", seconds)
+                    : absl::StrFormat("%.1f minutes", seconds / 60);
   absl::PrintF(
-      "\n%d ok, %d warned, %d rejected; %.1f minutes of motion are good "
-      "enough for the library; %.1f core-seconds%s\n",
-      ok, warned, rejected, seconds / 60, core_seconds,
+      "\n%d ok, %d warned, %d rejected; %s of motion are good enough for the "
+      "library; %.1f core-seconds%s\n",
+      ok, warned, rejected, motion, core_seconds,
       cached > 0
           ? absl::StrFormat(", %d unchanged files not read again", cached)
           : "");

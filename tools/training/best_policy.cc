@@ -29,12 +29,17 @@ void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
 
 }  // namespace
 
-absl::Status BestPolicy::Load() {
+absl::Status BestPolicy::Load(const std::string& assets_before) {
   SINEW_ASSIGN_OR_RETURN(best_, store_.GetBest());
-  if (best_ && !best_->evaluated.assets_sha256().empty() &&
-      best_->evaluated.assets_sha256() != assets_sha256_) {
-    best_.reset();
+  if (!best_) return absl::OkStatus();
+  if (best_->evaluated.assets_sha256().empty() && !assets_before.empty() &&
+      assets_before != assets_sha256_) {
+    // From now on it says whose it is, for sessions to come as well.
+    best_->evaluated.set_assets_sha256(assets_before);
+    SINEW_RETURN_IF_ERROR(store_.PutBest(*best_));
   }
+  const std::string& found_for = best_->evaluated.assets_sha256();
+  if (!found_for.empty() && found_for != assets_sha256_) best_.reset();
   return absl::OkStatus();
 }
 

@@ -29,7 +29,9 @@ class BestPolicy {
   BestPolicy(RunStore& store, std::string assets_sha256)
       : store_(store), assets_sha256_(std::move(assets_sha256)) {}
 
-  absl::Status Load();
+  // `assets_before`: of the run's newest state, or empty. A best policy that
+  // does not say which assets it is of is of these.
+  absl::Status Load(const std::string& assets_before);
 
   // The snapshot made after `iteration`, and where training stood then.
   void Remember(int64_t iteration, Blob snapshot, int64_t samples,

@@ -108,8 +108,8 @@ absl::Status RunStore::PutBest(const Policy& policy) {
       {kEvaluated, std::make_shared<const std::string>(
                        SerializeDeterministically(policy.evaluated))}};
   const absl::Status put = PutFiles(*store_, record, files);
-  // A run that went on from an older state comes here again; only the seconds
-  // that it took may differ.
+  // A run that went on from an older state comes here again, with the same
+  // snapshot; only seconds and build may differ, and those of before stay.
   if (!put.ok() && !absl::IsAlreadyExists(put)) return put;
   SINEW_RETURN_IF_ERROR(store_->SetAlias(kBest, record.id()));
   return store_->Retain("policy", 1);

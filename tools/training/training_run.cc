@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "common/build_info.h"
 #include "common/cpu.h"
+#include "common/files.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
@@ -216,7 +217,8 @@ absl::Status TrainingRun::Export() const {
       bundle::ExportRun(folder_->path(), last, folder_->bundle()));
   if (!best_->best()) {
     LogInfo("nothing was evaluated: no bundle_best");
-    return absl::OkStatus();
+    // Nor what was the best on another library.
+    return RemoveRecursively(folder_->best_bundle());
   }
   const v1::EvaluatedPolicy& evaluated = best_->best()->evaluated;
   bundle::RunResult best;

@@ -132,6 +132,8 @@ class TrainingRun {
 
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<RunStore> store_;
+  // Of the newest state when the run was opened; empty: there was none.
+  std::string assets_before_;
   // The newest state is of another library, which the run is to leave.
   bool migrates_ = false;
   std::unique_ptr<RunServices> services_;

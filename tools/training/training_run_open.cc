@@ -60,11 +60,12 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
       folder_->path(), options_.character, *setup.library));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_, setup.assets_sha256);
-  return best_->Load();
+  return best_->Load(assets_before_);
 }
 
 absl::Status TrainingRun::CheckAssets(const TaskSetup& setup) {
-  SINEW_ASSIGN_OR_RETURN(const std::string before, store_->AssetsOfState());
+  SINEW_ASSIGN_OR_RETURN(assets_before_, store_->AssetsOfState());
+  const std::string& before = assets_before_;
   if (before.empty() || before == setup.assets_sha256) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> changed,
                          store_->ChangedAssets(before, setup));

@@ -204,7 +204,7 @@ function curriculum() {
       ({columns: curves, key, name, colour: `var(--c${colour})`, thin});
   const group = new ChartGroup(axes);
   const charts = [
-    {title: "How wide the starts are spread", wide: true, low: 0, high: 1, format: percent,
+    {title: "How wide the starts are spread", wide: true, low: 0, format: percent,
      series: [line("entropy_share", "entropy, of uniform", 0),
               line("floor_share", "floor", 1, true),
               line("largest_clip_share", "largest clip", 2, true)], rules: []},
