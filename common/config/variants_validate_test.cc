@@ -1,4 +1,4 @@
-#include "common/config/variants_validate.h"
+// Variants of a task in ValidateRecipe and WithDefaults.
 
 #include <limits>
 #include <string>
