@@ -115,6 +115,7 @@ class TrackingTask {
   const character::Character& character() const { return *character_; }
   const motion::Library& library() const { return *library_; }
   const v1::Recipe& recipe() const { return recipe_; }
+  const Actuation& actuation() const { return actuation_; }
   const RecoveryLaw& recovery() const { return recovery_; }
   const Randomisation& randomisation() const { return randomisation_; }
   int num_fallen_states() const {
