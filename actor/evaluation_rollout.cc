@@ -61,7 +61,7 @@ class EvaluationRollout {
     state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, /*noise=*/nullptr, data, &environment.episode,
                   absl::MakeSpan(environment.previous_target),
-                  state_.work.get());
+                  state_.work.get(), ConditionsOf(environment));
     });
     errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
                          task_.recipe().physics().control_hz());

@@ -1,9 +1,13 @@
 #include "actor/fallen_evaluation.h"
 
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"
+#include "sim/character/character.h"
 #include "sim/motion/library.h"
 
 namespace sinew::actor {
@@ -11,6 +15,40 @@ namespace {
 
 // Seconds in which the reference stands where the recipe does not say.
 constexpr double kStandingSeconds = 3;
+// Share of the standing height below which a reference's root lies or crouches:
+// to track it would be no standing up.
+constexpr double kUprightShare = 0.8;
+
+// Metres between the root and the lowest point of the default pose, upright.
+double StandingHeight(const character::Character& character) {
+  const mjModel* model = character.model();
+  const character::DataPtr data(mj_makeData(model));
+  for (const character::JointInfo& joint : character.joints()) {
+    data->qpos[joint.qpos_address] = joint.default_position;
+  }
+  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  std::fill_n(root, 7, 0.0);
+  root[3] = 1;
+  mj_kinematics(model, data.get());
+  double lowest = 0;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->geom_bodyid[geom] == 0) continue;
+    lowest = std::min(lowest,
+                      data->geom_xpos[3 * geom + 2] - model->geom_rbound[geom]);
+  }
+  return -lowest;
+}
+
+// Whether the root stays at `height` or above in frames 0 to `last` of a clip.
+bool StaysUpright(const motion::Library& library, int clip, int64_t last,
+                  double height) {
+  const int64_t end =
+      std::min<int64_t>(last + 1, library.clip(clip).num_frames());
+  for (int64_t frame = 0; frame < end; ++frame) {
+    if (library.frame(clip, frame).root_position[2] < height) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -28,16 +66,22 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
       task.recovery().on()
           ? task.recipe().task().recovery().steps()
           : static_cast<int32_t>(std::lround(kStandingSeconds * hz));
+  const motion::Library& library = task.library();
+  const double height = kUprightShare * StandingHeight(task.character());
+  const int last = std::max(1, steps - standing);
   std::vector<int> clips;
-  for (int clip = 0; clip < task.library().num_clips(); ++clip) {
-    if (motion::LastFrame(task.library().clip(clip)) + standing >= steps) {
+  for (int clip = 0; clip < library.num_clips(); ++clip) {
+    if (!library.clip(clip).left_out() &&
+        motion::LastFrame(library.clip(clip)) + standing >= steps &&
+        StaysUpright(library, clip, last, height)) {
       clips.push_back(clip);
     }
   }
   if (clips.empty()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "evaluation from fallen states: expected a clip of at least ",
-        steps - standing + 1, " frames, found none"));
+        steps - standing + 1,
+        " frames that is not left out and stays upright, found none"));
   }
   std::vector<v1::EvaluationStart> starts(task.num_fallen_states());
   for (size_t i = 0; i < starts.size(); ++i) {

@@ -23,7 +23,9 @@ inline constexpr double kHoldSeconds = 0.5;
 
 // One start for each fallen state i of the task, in order: frame 0 of the clips
 // that are long enough for `seconds` and kHoldSeconds beside the steps in which
-// the reference stands (the recipe's, or 3 s where it has no recovery), one
+// the reference stands (the recipe's, or 3 s where it has no recovery), are not
+// left out, and whose root stays at 0.8 of the standing height or above over
+// the frames used: who lies beside a reference that lies has not recovered. One
 // after the other. FAILED_PRECONDITION: no fallen states, or no such clip.
 absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
     const world::TrackingTask& task, double seconds);

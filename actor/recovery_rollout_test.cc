@@ -176,13 +176,36 @@ TEST(FallenEvaluation, RunsAllItsStepsAndSaysSinceWhenTheBodyStands) {
   EXPECT_TRUE(standing.success());
 }
 
-TEST(FallenEvaluation, NeedsNoRecoveryInTheRecipeButTheAsset) {
+TEST(FallenEvaluation, RefusesStatesThatItHasNotGot) {
   RolloutRig rig;
 
   EXPECT_THAT(rig.worker->Run(FallenOrder(rig, 19), *rig.snapshot).status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("starts[0].fallen_state: expected an index "
                                  "below 0")));
+}
+
+TEST(FallenEvaluation, NeedsNoRecoveryInTheRecipe) {
+  RolloutRig rig(RecoveryRecipe());
+  const auto& bytes = rig.asset_bytes;
+  const auto assets = RolloutAssets::Create(
+      bytes.at("character"), bytes.at("model"), bytes.at("library"),
+      bytes.at("frames"), PrintRecipe(world::testing::ToyRecipe()),
+      bytes.at("fallen"));
+  ASSERT_TRUE(assets.ok()) << assets.status();
+  rig.assets = *assets;
+  rig.NewWorker();
+  rig.UseZeroAction();
+  ASSERT_FALSE(rig.assets->task().recovery().on());
+
+  const v1::Segment segment = rig.Run(FallenOrder(rig, 30));
+
+  ASSERT_EQ(segment.results_size(), 2);
+  const v1::EvaluationResult& fallen = segment.results(0);
+  EXPECT_EQ(fallen.frames(), 30);
+  EXPECT_EQ(fallen.fallen_state(), 1);
+  EXPECT_EQ(fallen.failed_at_frame(), -1);
+  EXPECT_NE(fallen.recovered_at_frame(), 0);
 }
 
 TEST(FallenEvaluation, RefusesRecoveryOfAStartThatHasNotFallen) {

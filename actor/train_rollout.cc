@@ -99,7 +99,7 @@ class TrainRollout {
     state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, &noise, data, &episode,
                   absl::MakeSpan(environment->previous_target),
-                  state_.work.get());
+                  state_.work.get(), ConditionsOf(*environment));
       Observe(e, data);
     });
   }

@@ -10,6 +10,11 @@ namespace {
 
 // Sums of shares may be off by rounding.
 constexpr double kRounding = 1e-9;
+// Beyond these a number is a slip of the pen, and steps would overflow.
+constexpr double kMaxSeconds = 3600;
+constexpr double kMaxOffset = 1;       // rad
+constexpr double kMaxImpulse = 1000;   // N s: 70 kg to 14 m/s
+constexpr double kMaxDistance = 1000;  // m
 
 void CheckRecovery(const v1::Recovery& recovery, FieldChecker& check) {
   check.Within(recovery.fallen_share(), 0, 1, "task.recovery.fallen_share");
@@ -17,8 +22,10 @@ void CheckRecovery(const v1::Recovery& recovery, FieldChecker& check) {
   const double share = recovery.fallen_share() + recovery.far_share();
   check.Require(share <= 1 + kRounding, "task.recovery.far_share",
                 "at most 1 together with task.recovery.fallen_share", share);
-  check.AtLeast(recovery.far_offset(), 0, "task.recovery.far_offset");
-  check.AtLeast(recovery.far_distance(), 0, "task.recovery.far_distance");
+  check.Within(recovery.far_offset(), 0, kMaxDistance,
+               "task.recovery.far_offset");
+  check.Within(recovery.far_distance(), 0, kMaxDistance,
+               "task.recovery.far_distance");
   check.AtLeast(recovery.goal_weight(), 0, "task.recovery.goal_weight");
   check.AtLeast(recovery.max_gain(), 0, "task.recovery.max_gain");
   check.AtLeast(recovery.near_distance(), 0, "task.recovery.near_distance");
@@ -42,11 +49,15 @@ void CheckRecovery(const v1::Recovery& recovery, FieldChecker& check) {
 void CheckRandomisation(const v1::Randomisation& random, FieldChecker& check) {
   check.Within(random.mass(), 0, 0.9, "task.randomisation.mass");
   check.Within(random.friction(), 0, 0.9, "task.randomisation.friction");
-  check.AtLeast(random.joint_offset(), 0, "task.randomisation.joint_offset");
+  check.Within(random.joint_offset(), 0, kMaxOffset,
+               "task.randomisation.joint_offset");
   check.Within(random.gain(), 0, 0.9, "task.randomisation.gain");
-  check.AtLeast(random.push_impulse(), 0, "task.randomisation.push_impulse");
-  check.AtLeast(random.push_interval(), 0, "task.randomisation.push_interval");
-  check.AtLeast(random.push_seconds(), 0, "task.randomisation.push_seconds");
+  check.Within(random.push_impulse(), 0, kMaxImpulse,
+               "task.randomisation.push_impulse");
+  check.Within(random.push_interval(), 0, kMaxSeconds,
+               "task.randomisation.push_interval");
+  check.Within(random.push_seconds(), 0, kMaxSeconds,
+               "task.randomisation.push_seconds");
   if (!(random.push_impulse() > 0)) return;
   check.Positive(random.push_seconds(), "task.randomisation.push_seconds");
   check.Require(random.push_seconds() <= random.push_interval(),

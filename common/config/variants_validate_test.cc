@@ -1,4 +1,4 @@
-#include "common/config/variants_validate.h"
+// Variants of a task in ValidateRecipe and WithDefaults.
 
 #include <limits>
 #include <string>
@@ -107,7 +107,26 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"task.randomisation.mass=1"},
                   "randomisation.mass: expected within [0, 0.9], found 1"},
         Violation{{"task.randomisation.joint_offset=-0.1"},
-                  "randomisation.joint_offset: expected >= 0, found -0.1"},
+                  "randomisation.joint_offset: expected within [0, 1], found "
+                  "-0.1"},
+        Violation{{"task.randomisation.joint_offset=1.5"},
+                  "randomisation.joint_offset: expected within [0, 1], found "
+                  "1.5"},
+        Violation{{"task.randomisation.push_impulse=2000"},
+                  "randomisation.push_impulse: expected within [0, 1000], "
+                  "found 2000"},
+        Violation{{"task.randomisation.push_interval=4000"},
+                  "randomisation.push_interval: expected within [0, 3600], "
+                  "found 4000"},
+        Violation{{"task.randomisation.push_seconds=4000"},
+                  "randomisation.push_seconds: expected within [0, 3600], "
+                  "found 4000"},
+        Violation{{"task.recovery.far_offset=2000"},
+                  "recovery.far_offset: expected within [0, 1000], found "
+                  "2000"},
+        Violation{{"task.recovery.far_distance=2000"},
+                  "recovery.far_distance: expected within [0, 1000], found "
+                  "2000"},
         Violation{{"task.randomisation.push_impulse=5",
                    "task.randomisation.push_seconds=3"},
                   "randomisation.push_seconds: expected <= "

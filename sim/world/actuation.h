@@ -83,6 +83,10 @@ class Actuation {
                       const Variation& variation, mjData* data) const;
 
   int substeps() const { return substeps_; }
+  // Whether two joints have equal drives, as they all have without a model.
+  bool SameDrive(int a, int b) const {
+    return drives_.empty() || drives_[a] == drives_[b];
+  }
 
  private:
   struct Joint {
@@ -96,6 +100,8 @@ class Actuation {
     // The largest torque that it gives at this velocity in the torque's
     // direction, Nm.
     double Limit(double velocity) const;
+
+    bool operator==(const Drive&) const = default;
   };
   template <typename Apply>
   ActuationResult RunSteps(absl::Span<const double> previous_target,

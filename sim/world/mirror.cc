@@ -34,16 +34,19 @@ bool SameDrive(const JointInfo& a, const JointInfo& b, float sign) {
 }
 
 // FAILED_PRECONDITION if the mirrored body would be another one.
-absl::Status CheckDrives(const character::Character& character,
-                         const RowMirror& mirror) {
+absl::Status CheckDrives(const TrackingTask& task, const RowMirror& mirror) {
+  const character::Character& character = task.character();
   for (size_t i = 0; i < mirror.source.size(); ++i) {
     const JointInfo& joint = character.joints()[i];
     const JointInfo& partner = character.joints()[mirror.source[i]];
-    if (SameDrive(joint, partner, mirror.sign[i])) continue;
+    if (SameDrive(joint, partner, mirror.sign[i]) &&
+        task.actuation().SameDrive(static_cast<int>(i), mirror.source[i])) {
+      continue;
+    }
     return absl::FailedPreconditionError(absl::StrCat(
         "character ", character.name(), ": mirror_joints: expected ",
         joint.name, " and ", partner.name, " to have equal gains, limits, ",
-        "default positions and action scales, found others"));
+        "default positions, action scales and drives, found others"));
   }
   return absl::OkStatus();
 }
@@ -147,7 +150,7 @@ absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task) {
   SegmentMirror mirror;
   SINEW_ASSIGN_OR_RETURN(mirror.action,
                          character::MirrorJoints(task.character()));
-  SINEW_RETURN_IF_ERROR(CheckDrives(task.character(), mirror.action));
+  SINEW_RETURN_IF_ERROR(CheckDrives(task, mirror.action));
   SINEW_RETURN_IF_ERROR(CheckFrames(task, bodies));
   const std::vector<std::string> names = task.ObservationNames();
   std::map<std::string, int> index;

@@ -143,6 +143,32 @@ TEST_F(HumanoidMirrorTest, ObservationsOfAMirroredWorldAreMirrored) {
   }
 }
 
+TEST_F(HumanoidMirrorTest, NeedsEqualDrivesLeftAndRight) {
+  std::string left;
+  for (const v1::MirrorPair& pair : character_->proto().mirror_joints()) {
+    if (pair.left() != pair.right()) left = pair.left();
+  }
+  ASSERT_FALSE(left.empty());
+  v1::Recipe recipe = task_->recipe();
+  auto* model = recipe.mutable_task()->mutable_actuator_model();
+  model->add_drives();
+  model->add_drives()->add_joints(left);
+  recipe = WithDefaults(recipe);
+  const auto make = [&] {
+    const auto task = TrackingTask::Create(recipe, *character_, *library_);
+    EXPECT_TRUE(task.ok()) << task.status();
+    return MakeMirror(**task).status();
+  };
+  EXPECT_TRUE(make().ok()) << make();
+
+  recipe.mutable_task()
+      ->mutable_actuator_model()
+      ->mutable_drives(1)
+      ->set_static_friction(1);
+  EXPECT_THAT(make(), StatusIs(absl::StatusCode::kFailedPrecondition,
+                               HasSubstr("action scales and drives")));
+}
+
 TEST(Mirror, NeedsAPartnerForEveryJoint) {
   const testing::ToyWorld toy = testing::MakeToyWorld();
   const auto task =

@@ -19,6 +19,7 @@ void ForEachField(Model* model, int floor_geom, Function&& function) {
   function(model->body_invweight0, 2 * bodies);
   function(model->dof_invweight0, dofs);
   function(model->dof_M0, dofs);
+  function(model->tendon_invweight0, static_cast<int>(model->ntendon));
   function(&model->stat.meaninertia, 1);
   function(model->geom_friction + 3 * floor_geom, 1);
 }

@@ -98,6 +98,33 @@ TEST(RandomisedTask, PlacesTargetsAroundTheMeasuredJoints) {
   }
 }
 
+TEST(RandomisedTask, BeginsWithAPreviousTargetWhereTheEncodersSayTheJointsAre) {
+  v1::Recipe recipe = RandomisedRecipe("joint_offset: 0.1");
+  recipe.mutable_task()->mutable_action()->set_placement(
+      v1::Action::PLACEMENT_ABSOLUTE);
+  recipe.mutable_task()->mutable_recovery()->set_fallen_share(0.5);
+  recipe.mutable_task()->mutable_recovery()->set_fallen_states(1);
+  TaskRig rig(WithDefaults(recipe));
+  Conditions conditions = rig.task->MakeConditions();
+  rig.task->DrawConditions({.seed = 3}, &conditions, rig.work.get());
+  const BodyStart starts[] = {
+      {}, {.kind = v1::START_KIND_FALLEN, .recovery_steps = 4}};
+
+  for (const BodyStart& start : starts) {
+    rig.episode = {.clip = 0, .start_frame = 3};
+    rig.task->Begin(start, /*noise=*/nullptr, rig.data.get(), &rig.episode,
+                    absl::MakeSpan(rig.previous), rig.work.get(), &conditions);
+    for (int j = 0; j < 4; ++j) {
+      const auto& joint = rig.toy.character->joints()[j];
+      EXPECT_NE(conditions.joint_offset[j], 0);
+      EXPECT_NEAR(
+          rig.previous[j],
+          rig.data->qpos[joint.qpos_address] + conditions.joint_offset[j],
+          1e-12);
+    }
+  }
+}
+
 TEST(RandomisedTask, PushesChangeTheMomentumByTheirImpulseAndLeaveNoForce) {
   const std::string pushed_always =
       "push_impulse: 6 push_interval: 0.1 push_seconds: 0.1 "

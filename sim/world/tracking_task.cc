@@ -126,11 +126,12 @@ void TrackingTask::Refresh(mjData* data, Workspace* work) const {
   reader_.Read(data, &work->body);
 }
 
-void TrackingTask::ReadJoints(const mjData* data,
+void TrackingTask::ReadJoints(const mjData* data, const Conditions* conditions,
                               absl::Span<double> out) const {
   for (size_t j = 0; j < out.size(); ++j) {
     out[j] = data->qpos[character_->joints()[j].qpos_address];
   }
+  if (conditions != nullptr) AddOffsets(*conditions, out);
 }
 
 void TrackingTask::Observe(mjData* data, const Episode& episode,
@@ -169,10 +170,7 @@ void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<double> target, Workspace* work,
                           const Conditions* conditions) const {
   work->frame->Load(episode.clip, CurrentFrame(episode) + 1);
-  ReadJoints(data, absl::MakeSpan(work->joint_position));
-  if (conditions != nullptr) {
-    AddOffsets(*conditions, absl::MakeSpan(work->joint_position));
-  }
+  ReadJoints(data, conditions, absl::MakeSpan(work->joint_position));
   if (recovery_.on() && IsFar(data, work->frame->view())) {
     action_.TargetOutOfSight(work->joint_position, action, target);
     return;

@@ -115,6 +115,7 @@ class TrackingTask {
   const character::Character& character() const { return *character_; }
   const motion::Library& library() const { return *library_; }
   const v1::Recipe& recipe() const { return recipe_; }
+  const Actuation& actuation() const { return actuation_; }
   const RecoveryLaw& recovery() const { return recovery_; }
   const Randomisation& randomisation() const { return randomisation_; }
   int num_fallen_states() const {
@@ -125,9 +126,11 @@ class TrackingTask {
 
   // Sets data to the reference pose of the episode's start, previous target to
   // what action.h says; warm start, time and applied forces cleared. `noise`,
-  // if given, keys the recipe's start noise.
+  // if given, keys the recipe's start noise; under conditions a previous target
+  // that is where the joints are is where their encoders say.
   void Reset(const Episode& episode, const RandomKey* noise, mjData* data,
-             absl::Span<double> previous_target, Workspace* work) const;
+             absl::Span<double> previous_target, Workspace* work,
+             const Conditions* conditions = nullptr) const;
 
   // How the body begins an episode: on the reference unless the recipe has
   // recovery. Precondition: there are fallen states if it draws them.
@@ -139,15 +142,15 @@ class TrackingTask {
   // Precondition: start.fallen_state < num_fallen_states() if it is fallen.
   void Begin(const BodyStart& start, const RandomKey* noise, mjData* data,
              Episode* episode, absl::Span<double> previous_target,
-             Workspace* work) const;
+             Workspace* work, const Conditions* conditions = nullptr) const;
 
   // Of an environment, for DrawConditions.
   Conditions MakeConditions() const { return randomisation_.MakeConditions(); }
 
   // What an episode has of its own, by (seed, environment, episode) of the key.
-  // Observe, Target and Step of the episode take it; null: the nominal body.
-  // Does nothing unless the recipe randomises; does not allocate but the first
-  // time for these conditions.
+  // Begin, Observe, Target and Step of the episode take it; null: the nominal
+  // body. Does nothing unless the recipe randomises; does not allocate but the
+  // first time for these conditions.
   void DrawConditions(const RandomKey& key, Conditions* conditions,
                       Workspace* work) const;
 
@@ -192,12 +195,14 @@ class TrackingTask {
                const motion::Library& library, const FallenStates* fallen,
                ObservationBuilder observation, Actuation actuation,
                Randomisation randomisation);
-  void Place(const BodyStart& start, mjData* data,
+  void Place(const BodyStart& start, const Conditions* conditions, mjData* data,
              absl::Span<double> previous_target) const;
   // Whether the reference's root is too far from the body's to be seen.
   bool IsFar(const mjData* data, const motion::FrameView& reference) const;
   StepResult Judge(double power, Episode* episode, Workspace* work) const;
-  void ReadJoints(const mjData* data, absl::Span<double> out) const;
+  // As the encoders have them under these conditions (null: the truth).
+  void ReadJoints(const mjData* data, const Conditions* conditions,
+                  absl::Span<double> out) const;
   void AddNoise(const RandomKey& key, mjData* data, Workspace* work) const;
 
   v1::Recipe recipe_;

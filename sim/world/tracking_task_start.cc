@@ -49,13 +49,13 @@ void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
 
 void TrackingTask::Reset(const Episode& episode, const RandomKey* noise,
                          mjData* data, absl::Span<double> previous_target,
-                         Workspace* work) const {
+                         Workspace* work, const Conditions* conditions) const {
   work->frame->Load(episode.clip, episode.start_frame);
   mj_setState(character_->model(), data, fresh_row_.data(),
               mjSTATE_INTEGRATION);
   SetReferencePose(*character_, work->frame->view(), data);
   if (noise != nullptr) AddNoise(*noise, data, work);
-  ReadJoints(data, absl::MakeSpan(work->joint_position));
+  ReadJoints(data, conditions, absl::MakeSpan(work->joint_position));
   action_.InitialTarget(work->joint_position, work->frame->view(),
                         previous_target);
   Refresh(data, work);
@@ -68,13 +68,13 @@ BodyStart TrackingTask::DrawStart(const RandomKey& key) const {
 
 void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
                          mjData* data, Episode* episode,
-                         absl::Span<double> previous_target,
-                         Workspace* work) const {
+                         absl::Span<double> previous_target, Workspace* work,
+                         const Conditions* conditions) const {
   episode->start_kind = start.kind;
   episode->recovery_steps_left = start.recovery_steps;
-  Reset(*episode, noise, data, previous_target, work);
+  Reset(*episode, noise, data, previous_target, work, conditions);
   if (start.kind != v1::START_KIND_REFERENCE) {
-    Place(start, data, previous_target);
+    Place(start, conditions, data, previous_target);
     Refresh(data, work);
   }
   if (!recovery_.on()) return;
@@ -85,7 +85,8 @@ void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
   episode->goal_distance = GoalDistance(work->body, work->reference);
 }
 
-void TrackingTask::Place(const BodyStart& start, mjData* data,
+void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
+                         mjData* data,
                          absl::Span<double> previous_target) const {
   const mjModel* model = character_->model();
   double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
@@ -95,7 +96,7 @@ void TrackingTask::Place(const BodyStart& start, mjData* data,
     const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
     std::copy(qpos.begin(), qpos.end(), data->qpos);
     std::fill_n(data->qvel, model->nv, 0.0);
-    ReadJoints(data, previous_target);
+    ReadJoints(data, conditions, previous_target);
   }
   root[0] = x;
   root[1] = y;

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim/world/randomisation.h"
+#include "tools/evaluation/rollout_pool.h"
+
 namespace sinew::evaluation {
 namespace {
 
@@ -132,6 +135,10 @@ std::string EvaluationJson(const Subject& subject,
   if (evaluation.policy.left_out.clips > 0) {
     file["training"] = SetObject(evaluation.policy.training);
     file["left_out"] = SetObject(evaluation.policy.left_out);
+  }
+  const world::Randomisation& random = subject.assets->task().randomisation();
+  if (random.on() && random.in_evaluation()) {
+    file["randomised"] = {{"seed", kEvaluationSeed}};
   }
   return file.dump(2, ' ', /*ensure_ascii=*/false,
                    Json::error_handler_t::replace) +

@@ -29,6 +29,8 @@ struct EvaluationSource {
 //             failed_at_frame, the four errors, body_mm, `zero_action` with
 //             the same fields, and for the first clips `profile`: error of
 //             each body over the clip, {seconds, body_mm[body][bin]}.
+//   randomised
+//             {seed}, only where the recipe randomises evaluations.
 //   seconds, starts_per_clip, frames_per_second, bodies, bundle, library,
 //   definitions
 //

@@ -93,6 +93,26 @@ TEST(Evaluation, WritesTheDocumentedFields) {
   EXPECT_EQ(file["bundle"]["manifest_sha256"], "m");
 }
 
+TEST(Evaluation, SaysWhereItIsRandomised) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_task()->mutable_randomisation()->set_mass(0.1);
+  const EvaluationOptions options = {.starts = 1, .seconds = 0.5};
+  for (const bool randomised : {false, true}) {
+    recipe.mutable_task()->mutable_randomisation()->set_in_evaluation(
+        randomised);
+    auto toy = world::testing::MakeToyWorld(recipe);
+    const auto subject = MakeZeroActionSubject(
+        toy.recipe, std::move(toy.character), std::move(toy.library));
+    ASSERT_THAT(subject, IsOk());
+
+    const Json file = Json::parse(JsonWith(*subject, options));
+
+    ASSERT_EQ(file.contains("randomised"), randomised);
+    if (!randomised) continue;
+    EXPECT_EQ(file["randomised"]["seed"], 0);
+  }
+}
+
 TEST(Evaluation, WritesLeftOutClipsApartWhereThereAreAny) {
   const Subject subject = RandomSubject();
   const EvaluationOptions options = {.starts = 1, .seconds = 0.5};

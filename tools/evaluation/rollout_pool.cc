@@ -27,6 +27,7 @@ v1::Order MakeOrder(const actor::RolloutAssets& assets,
   order.set_snapshot_version(snapshot.version());
   order.set_snapshot_sha256(snapshot.sha256());
   order.set_layout_sha256(assets.layout_sha256());
+  order.set_seed(kEvaluationSeed);
   order.set_horizon(1);
   for (const v1::EvaluationStart& start : starts) {
     *order.add_starts() = start;

@@ -3,6 +3,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -29,6 +30,9 @@ struct StartGroup {
   size_t first = 0;
   size_t size = 0;
 };
+
+// Seed of the orders, for recipes whose evaluations are randomised.
+inline constexpr uint64_t kEvaluationSeed = 0;
 
 // Starts of the same clip in groups of at most 8, in order. Pure.
 std::vector<StartGroup> GroupStarts(
