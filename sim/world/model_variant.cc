@@ -1,6 +1,7 @@
 #include "sim/world/model_variant.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "common/check.h"
 
@@ -22,6 +23,12 @@ void ForEachField(Model* model, int floor_geom, Function&& function) {
   function(model->tendon_invweight0, static_cast<int>(model->ntendon));
   function(&model->stat.meaninertia, 1);
   function(model->geom_friction + 3 * floor_geom, 1);
+}
+
+// mjStatistic's: the mean of the diagonal of the inertia matrix at qpos0.
+mjtNum MeanInertia(const mjModel& model) {
+  return std::accumulate(model.dof_M0, model.dof_M0 + model.nv, mjtNum{0}) /
+         static_cast<mjtNum>(model.nv);
 }
 
 }  // namespace
@@ -56,6 +63,8 @@ void ModelVariant::Compute(Conditions* conditions) {
   if (masses_differ) {
     mj_resetData(scratch_.get(), data_.get());
     mj_setConst(scratch_.get(), data_.get());
+    // What it leaves as compiled.
+    scratch_->stat.meaninertia = MeanInertia(*scratch_);
   }
   conditions->model_fields.resize(num_fields());
   double* to = conditions->model_fields.data();
