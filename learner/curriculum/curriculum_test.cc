@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "common/random/philox.h"
+#include "absl/status/status.h"
 #include "common/testing/matchers.h"
+#include "learner/curriculum/testing/curriculum_rig.h"
 
 namespace sinew::learner {
 namespace {
@@ -19,68 +19,6 @@ using ::sinew::testing::StatusIs;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-// Two clips at 10 Hz: "loop" of 25 frames, "once" of 11 (10 startable).
-v1::MotionLibrary MakeLibrary() {
-  v1::MotionLibrary library;
-  library.set_frames_per_second(10);
-  auto& loop = *library.add_clips();
-  loop.set_name("loop");
-  loop.set_num_frames(25);
-  loop.set_loops(true);
-  auto& once = *library.add_clips();
-  once.set_name("once");
-  once.set_num_frames(11);
-  return library;
-}
-
-std::unique_ptr<Curriculum> MakeCurriculum(v1::Start::Rule rule,
-                                           double uniform_share = 0.1) {
-  v1::Start start;
-  start.set_rule(rule);
-  start.set_bin_seconds(1);
-  start.set_uniform_share(uniform_share);
-  auto curriculum = Curriculum::Create(start, MakeLibrary());
-  EXPECT_TRUE(curriculum.ok()) << curriculum.status();
-  return *std::move(curriculum);
-}
-
-v1::EpisodeEnd MakeEpisode(int clip, int start, int steps, bool failed) {
-  v1::EpisodeEnd episode;
-  episode.set_clip(clip);
-  episode.set_start_frame(start);
-  episode.set_steps(steps);
-  episode.set_reason(failed ? v1::EpisodeEnd::REASON_TERMINATED
-                            : v1::EpisodeEnd::REASON_TIME_LIMIT);
-  episode.set_mean_body_distance(0.2);
-  return episode;
-}
-
-// A curriculum whose window before a failure is 0.5 s, that is 5 frames.
-std::unique_ptr<Curriculum> MakeAdaptive(
-    const v1::MotionLibrary& library,
-    const std::vector<std::string>& clip_sha256 = {}) {
-  v1::Start start;
-  start.set_rule(v1::Start::RULE_ADAPTIVE_BINS);
-  start.set_bin_seconds(1);
-  start.mutable_adaptive()->set_pre_failure_seconds(0.5);
-  start.mutable_adaptive()->set_half_life_passages(10);
-  auto curriculum = Curriculum::Create(start, library, clip_sha256);
-  EXPECT_TRUE(curriculum.ok()) << curriculum.status();
-  return *std::move(curriculum);
-}
-
-v1::EvaluationResult MakeResult(int clip, int start, int steps, int failed_at) {
-  v1::EvaluationResult result;
-  result.set_clip(clip);
-  result.set_start_frame(start);
-  result.set_steps(steps);
-  result.set_success(failed_at < 0);
-  result.set_failed_at_frame(failed_at);
-  result.set_frames(failed_at < 0 ? steps : failed_at);
-  result.set_sum_g_mpjpe_mm(30.0 * result.frames());
-  return result;
-}
 
 std::vector<double> RecentPassages(const Curriculum& curriculum) {
   std::vector<double> values;
@@ -96,12 +34,6 @@ std::vector<double> RecentFailures(const Curriculum& curriculum) {
     values.push_back(bin.recent_failures());
   }
   return values;
-}
-
-double TotalProbability(const v1::CurriculumTable& table) {
-  double total = 0;
-  for (const auto& bin : table.bins()) total += bin.probability();
-  return total;
 }
 
 TEST(Curriculum, CutsClipsIntoBinsAndLeavesOutLastFrames) {
@@ -158,22 +90,6 @@ TEST(Curriculum, IgnoresStatisticsUnderTheUniformRule) {
     EXPECT_EQ(curriculum->table().bins(i).probability(),
               before.bins(i).probability());
   }
-}
-
-TEST(Curriculum, RestoresATableAndRefusesOneOfOtherBins) {
-  auto curriculum = MakeCurriculum(v1::Start::RULE_BINS);
-  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
-  curriculum->Reweigh();
-  auto other = MakeCurriculum(v1::Start::RULE_BINS);
-
-  ASSERT_THAT(other->Restore(curriculum->table()), IsOk());
-  EXPECT_EQ(other->table().SerializeAsString(),
-            curriculum->table().SerializeAsString());
-
-  v1::CurriculumTable small;
-  EXPECT_THAT(other->Restore(small),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("expected 4 bins of 10 frames, found 0")));
 }
 
 TEST(Curriculum, CountsEveryPassageThroughABin) {
@@ -332,138 +248,6 @@ TEST(Curriculum, HasNoBinsForAClipThatIsLeftOut) {
   EXPECT_DOUBLE_EQ(table.bins(0).probability(), 1);
   EXPECT_TRUE(table.clips(0).left_out());
   EXPECT_EQ(table.clips(0).failed_evaluations(), 1);
-}
-
-// Some random episodes and, at times, an evaluation.
-void RunIteration(Curriculum& curriculum, uint64_t iteration) {
-  const RandomKey key{.seed = 5, .environment = iteration};
-  for (uint64_t e = 0; e < 8; ++e) {
-    const int clip = static_cast<int>(UniformInt(key, 2, 4 * e));
-    const auto start = static_cast<int>(UniformInt(key, 10, 4 * e + 1));
-    const auto steps = static_cast<int>(1 + UniformInt(key, 80, 4 * e + 2));
-    curriculum.Record(
-        MakeEpisode(clip, start, clip == 0 ? steps : 1 + steps % (10 - start),
-                    Uniform(key, 4 * e + 3) < 0.5),
-        static_cast<int64_t>(iteration));
-  }
-  if (iteration % 5 == 0) {
-    const auto failed_at = static_cast<int>(iteration % 3) - 1;
-    curriculum.RecordEvaluation(
-        {MakeResult(0, 0, 60, failed_at > 0 ? failed_at : -1),
-         MakeResult(1, 0, 10, -1)},
-        static_cast<int64_t>(iteration));
-  }
-  curriculum.Reweigh();
-}
-
-TEST(Curriculum, GoesOnBitForBitWhereItWasRestored) {
-  auto whole = MakeAdaptive(MakeLibrary());
-  for (uint64_t k = 0; k < 20; ++k) RunIteration(*whole, k);
-  auto resumed = MakeAdaptive(MakeLibrary());
-  ASSERT_THAT(resumed->Restore(whole->table()), IsOk());
-
-  for (uint64_t k = 20; k < 40; ++k) {
-    RunIteration(*whole, k);
-    RunIteration(*resumed, k);
-  }
-
-  EXPECT_EQ(resumed->table().SerializeAsString(),
-            whole->table().SerializeAsString());
-  for (const auto& bin : whole->table().bins()) {
-    EXPECT_GT(bin.recent_passages(), 0);
-    EXPECT_GE(bin.recent_failures(), 0);
-    EXPECT_LE(bin.recent_failures(), bin.recent_passages());
-  }
-  EXPECT_NEAR(TotalProbability(whole->table()), 1, 1e-12);
-}
-
-TEST(Curriculum, RestoresATableFromBeforeClipsWereRemembered) {
-  auto curriculum = MakeAdaptive(MakeLibrary());
-  curriculum->Record(MakeEpisode(1, 0, 3, true), 1);
-  v1::CurriculumTable old = curriculum->table();
-  old.clear_clips();
-  auto other = MakeAdaptive(MakeLibrary());
-
-  ASSERT_THAT(other->Restore(old), IsOk());
-
-  EXPECT_EQ(other->table().bins(3).visits(), 1);
-  EXPECT_EQ(other->table().clips_size(), 2);
-}
-
-TEST(Curriculum, RefusesATableOfOtherClips) {
-  auto curriculum = MakeAdaptive(MakeLibrary());
-  v1::CurriculumTable table = curriculum->table();
-  table.mutable_clips(1)->set_name("twice");
-  v1::CurriculumTable shorter = curriculum->table();
-  shorter.mutable_clips()->RemoveLast();
-
-  EXPECT_THAT(curriculum->Restore(table),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("clip 1: expected once, found twice")));
-  EXPECT_THAT(curriculum->Restore(shorter),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("expected 2 clips, found 1")));
-}
-
-// Another library: "once", changed; "new"; "loop", as it was.
-v1::MotionLibrary MakeOtherLibrary() {
-  v1::MotionLibrary library;
-  library.set_frames_per_second(10);
-  *library.add_clips() = MakeLibrary().clips(1);
-  auto& added = *library.add_clips();
-  added.set_name("new");
-  added.set_num_frames(11);
-  *library.add_clips() = MakeLibrary().clips(0);
-  return library;
-}
-
-TEST(Curriculum, AdoptsTheStatisticsOfUnchangedClips) {
-  auto before = MakeAdaptive(MakeLibrary(), {"a", "b"});
-  before->Record(MakeEpisode(0, 2, 20, true), 3);
-  before->Record(MakeEpisode(1, 0, 3, true), 4);
-  before->RecordEvaluation({MakeResult(0, 0, 20, 3)}, 5);
-  before->Reweigh();
-  auto after = MakeAdaptive(MakeOtherLibrary(), {"changed", "c", "a"});
-
-  EXPECT_EQ(after->Adopt(before->table()), 1);
-
-  const v1::CurriculumTable& table = after->table();
-  ASSERT_EQ(table.bins_size(), 5);  // once, new, loop, loop, loop
-  EXPECT_EQ(table.bins(0).visits(), 0);
-  EXPECT_EQ(table.bins(1).visits(), 0);
-  EXPECT_EQ(table.bins(2).visits(), 1);
-  EXPECT_EQ(table.bins(2).clip(), 2);
-  EXPECT_EQ(table.bins(4).failures(), 1);
-  EXPECT_EQ(table.bins(4).recent_failures(),
-            before->table().bins(2).recent_failures());
-  EXPECT_EQ(table.clips(2).failed_evaluations(), 1);
-  EXPECT_EQ(table.clips(0).evaluations(), 0);
-  EXPECT_NEAR(TotalProbability(table), 1, 1e-12);
-}
-
-TEST(Curriculum, AdoptsEvaluationsOfAClipThatIsNowLeftOut) {
-  auto before = MakeAdaptive(MakeLibrary(), {"a", "b"});
-  before->RecordEvaluation({MakeResult(0, 0, 20, 3)}, 5);
-  v1::MotionLibrary library = MakeLibrary();
-  library.mutable_clips(0)->set_left_out(true);
-  auto after = MakeAdaptive(library, {"a", "b"});
-  auto again = MakeAdaptive(MakeLibrary(), {"a", "b"});
-
-  EXPECT_EQ(after->Adopt(before->table()), 2);
-  EXPECT_EQ(again->Adopt(after->table()), 2);
-
-  EXPECT_TRUE(after->table().clips(0).left_out());
-  EXPECT_EQ(after->table().clips(0).failed_evaluations(), 1);
-  EXPECT_FALSE(again->table().clips(0).left_out());
-  EXPECT_EQ(again->table().bins(0).visits(), 0);
-}
-
-TEST(Curriculum, AdoptsNothingWithoutDigests) {
-  auto before = MakeAdaptive(MakeLibrary());
-  auto after = MakeAdaptive(MakeLibrary());
-
-  EXPECT_EQ(after->Adopt(before->table()), 0);
-  EXPECT_EQ(after->Adopt(v1::CurriculumTable()), 0);
 }
 
 TEST(Curriculum, RefusesALibraryWithNothingToTrainOn) {
