@@ -1,92 +1,23 @@
 #include "learner/ppo/ppo_learner.h"
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "absl/status/status.h"
-#include "common/digest.h"
 #include "common/policy/safetensors.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
-#include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
 #include "learner/ppo/synthetic_segments.h"
-#include "learner/torch/runtime.h"
+#include "learner/ppo/testing/ppo_rig.h"
 
 namespace sinew::learner {
 namespace {
 
 using ::sinew::testing::IsOk;
-using ::sinew::testing::StatusIs;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
-// Small networks and eager steps, on 8 orders x 8 environments x 32 steps.
-v1::Recipe MakeRecipe(const std::string& overrides = "") {
-  v1::Recipe recipe;
-  const std::string text =
-      R"pb(
-        format_version: 1
-        name: "synthetic"
-        seed: 7
-        network {
-          policy_hidden: [ 32, 32 ]
-          value_hidden: [ 32, 32 ]
-          initial_std: 0.3
-        }
-        rollouts { environments: 64 horizon: 32 environments_per_order: 8 }
-        ppo {
-          discount: 0.1
-          epochs: 3
-          minibatch: 512
-          shards: 2
-          policy_learning_rate: 3e-3
-          value_learning_rate: 3e-3
-        }
-      )pb" +
-      overrides;
-  EXPECT_TRUE(google::protobuf::TextFormat::MergeFromString(text, &recipe));
-  return recipe;
-}
-
-std::unique_ptr<PpoLearner> MakeLearner(const v1::Recipe& recipe,
-                                        int ranks = 2) {
-  const SyntheticProblem problem;
-  auto learner = PpoLearner::Create(
-      recipe, {.observation_width = static_cast<int>(problem.observation_width),
-               .action_width = static_cast<int>(problem.action_width),
-               .ranks = ranks});
-  EXPECT_THAT(learner.status(), IsOk());
-  return *std::move(learner);
-}
-
-std::vector<v1::Segment> Collect(const PpoLearner& learner, int64_t iteration,
-                                 const SyntheticProblem& problem = {}) {
-  return MakeSyntheticSegments(problem, learner.graph(), learner.weights(),
-                               iteration);
-}
-
-UpdateStatistics UpdateOnce(PpoLearner& learner, int64_t iteration,
-                            const SyntheticProblem& problem = {}) {
-  const std::vector<v1::Segment> segments =
-      Collect(learner, iteration, problem);
-  auto statistics = learner.Update(Pointers(segments), iteration);
-  EXPECT_THAT(statistics.status(), IsOk());
-  return *statistics;
-}
-
-// Digest of all bits of a learner.
-std::string Bits(const PpoLearner& learner) {
-  v1::TrainingState state;
-  learner.SaveCounters(state);
-  return Sha256Hex(SerializeSafetensors(learner.SaveTensors()) +
-                   state.SerializeAsString());
-}
 
 // Overwrites element `index` of a float32 column.
 void Poke(v1::Segment& segment, absl::string_view name, size_t index,
@@ -150,23 +81,6 @@ TEST(PpoLearner, ShardsChangeResultsInTheLastBitsOnly) {
       ASSERT_NEAR(tensor.float32()[i], b.at(name).float32()[i], 2e-3) << name;
     }
   }
-}
-
-TEST(PpoLearner, SavedLoadedAndUpdatedGivesTheSameBits) {
-  const v1::Recipe recipe = MakeRecipe("ppo { kl_target: 0.01 }");
-  const auto learner = MakeLearner(recipe);
-  learner->SetFactors(0.8, 0.7);
-  for (int64_t i = 0; i < 4; ++i) UpdateOnce(*learner, i);
-  const TensorMap tensors = learner->SaveTensors();
-  v1::TrainingState state;
-  learner->SaveCounters(state);
-  for (int64_t i = 4; i < 6; ++i) UpdateOnce(*learner, i);
-
-  const auto resumed = MakeLearner(recipe, /*ranks=*/1);
-  ASSERT_THAT(resumed->Load(tensors, state), IsOk());
-  for (int64_t i = 4; i < 6; ++i) UpdateOnce(*resumed, i);
-
-  EXPECT_EQ(Bits(*resumed), Bits(*learner));
 }
 
 TEST(PpoLearner, StopsItsEpochsOnceKlIsTooLarge) {
@@ -320,116 +234,6 @@ TEST(PpoLearner, CountsTheFlopsOfItsProducts) {
   const double values = 2.0 * 1248 * (2048 + 64);  // 8 x 8 boundary rows
   const double kl = 2.0 * 1312 * 512;
   EXPECT_EQ(statistics.flops, 2048 * per_row + values + kl);
-}
-
-TEST(PpoLearner, StartsFromAnotherRunsWeights) {
-  const auto trained = MakeLearner(MakeRecipe());
-  for (int64_t i = 0; i < 20; ++i) UpdateOnce(*trained, i);
-  trained->SetFactors(0.5, 1);
-  TensorMap bundle = trained->weights();
-  std::erase_if(
-      bundle, [](const auto& one) { return one.first.starts_with("critic"); });
-  const auto learner = MakeLearner(MakeRecipe());
-
-  ASSERT_THAT(learner->InitFrom(bundle), IsOk());
-
-  EXPECT_NEAR(MeanActionError(Collect(*learner, 1000)),
-              MeanActionError(Collect(*trained, 1000)), 1e-9);
-  // Exploration is the recipe's own; the normaliser goes on from the bundle's.
-  EXPECT_FLOAT_EQ(learner->weights().at("policy/std").float32()[0], 0.3f);
-  UpdateOnce(*learner, 0);
-  EXPECT_NEAR(learner->weights().at("normaliser/mean").float32()[0],
-              bundle.at("normaliser/mean").float32()[0], 5e-3);
-}
-
-TEST(PpoLearner, RefusesWeightsOfOtherNetworks) {
-  const auto learner = MakeLearner(MakeRecipe());
-  const std::string before = Bits(*learner);
-  const TensorMap wide = {
-      {"policy/linear_0/weight", HostTensor::Zeros({64, 6})}};
-
-  EXPECT_THAT(learner->InitFrom(wide),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("policy/linear_0/weight"),
-                             HasSubstr("expected shape [32, 6]"),
-                             HasSubstr("found [64, 6]"))));
-  EXPECT_THAT(learner->InitFrom({{"other", HostTensor::Zeros({1})}}),
-              StatusIs(absl::StatusCode::kInvalidArgument));
-  EXPECT_EQ(Bits(*learner), before);
-}
-
-TEST(PpoLearner, RefusesSegmentsThatDoNotFit) {
-  const auto learner = MakeLearner(MakeRecipe());
-  const std::string before = Bits(*learner);
-  std::vector<v1::Segment> segments = Collect(*learner, 0);
-  segments[2].mutable_columns(0)->set_shape(2, 7);
-
-  EXPECT_THAT(learner->Update(Pointers(segments), 0).status(),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("order 2"), HasSubstr("observation"))));
-  segments = Collect(*learner, 0);
-  segments[1].mutable_columns()->DeleteSubrange(1, 1);
-  EXPECT_THAT(
-      learner->Update(Pointers(segments), 0).status(),
-      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("order 1")));
-  segments = Collect(*learner, 0);
-  segments.pop_back();
-  EXPECT_THAT(
-      learner->Update(Pointers(segments), 0).status(),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               AllOf(HasSubstr("ppo.minibatch = 512"), HasSubstr("1792"))));
-  EXPECT_THAT(learner->Update({}, 0).status(),
-              StatusIs(absl::StatusCode::kInvalidArgument));
-  EXPECT_EQ(Bits(*learner), before);
-}
-
-TEST(PpoLearner, RefusesADamagedTrainingState) {
-  const auto learner = MakeLearner(MakeRecipe());
-  UpdateOnce(*learner, 0);
-  const TensorMap tensors = learner->SaveTensors();
-  v1::TrainingState state;
-  learner->SaveCounters(state);
-  const std::string before = Bits(*learner);
-
-  for (const auto& [name, tensor] : tensors) {
-    TensorMap damaged = tensors;
-    damaged.erase(name);
-    EXPECT_THAT(learner->Load(damaged, state),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(name)));
-  }
-  TensorMap damaged = tensors;
-  damaged.at("policy/mean/bias").mutable_float32()[0] = NAN;
-  EXPECT_THAT(learner->Load(damaged, state),
-              StatusIs(absl::StatusCode::kInvalidArgument));
-  state.set_learning_rate_factor(-1);
-  EXPECT_THAT(learner->Load(tensors, state),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("learning_rate_factor")));
-  EXPECT_EQ(Bits(*learner), before);
-}
-
-TEST(PpoLearner, RefusesWhatTheMachineLacks) {
-  const PpoLearner::Options options = {.observation_width = 6,
-                                       .action_width = 3};
-  const CpuFeatures cpu = DetectCpu();
-  if (!cpu.avx512_bf16 && !cpu.amx_bf16) {
-    EXPECT_THAT(
-        PpoLearner::Create(MakeRecipe("ppo { bfloat16: true }"), options)
-            .status(),
-        StatusIs(absl::StatusCode::kFailedPrecondition,
-                 HasSubstr("ppo.bfloat16")));
-  }
-  if (!CheckDevice("cuda").ok()) {
-    EXPECT_THAT(
-        PpoLearner::Create(MakeRecipe("device: \"cuda\""), options).status(),
-        StatusIs(absl::StatusCode::kFailedPrecondition,
-                 HasSubstr("asked for \"cuda\"")));
-  }
-  EXPECT_THAT(
-      PpoLearner::Create(
-          MakeRecipe(), {.observation_width = 6, .action_width = 3, .ranks = 0})
-          .status(),
-      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("ranks")));
 }
 
 }  // namespace
