@@ -14,8 +14,12 @@
 #include "gmock/gmock.h"
 #include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
+#include "learner/ppo/ppo_learner.h"
+#include "learner/ppo/synthetic_segments.h"
 #include "learner/trainer/testing/fake_experience.h"
 #include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/motion.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::learner {
 
