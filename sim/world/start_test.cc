@@ -1,17 +1,13 @@
 #include "sim/world/start.h"
 
 #include <gmock/gmock.h>
-#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
-#include <initializer_list>
 #include <map>
 #include <string>
 #include <utility>
 
-#include "common/files.h"
 #include "common/testing/matchers.h"
-#include "proto/sinew/v1/motion.pb.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::world {
@@ -33,22 +29,6 @@ class StartTableTest : public ::testing::Test {
     bin->set_num_frames(frames);
     bin->set_probability(probability);
     return bin;
-  }
-  // The toy's library with these clips left out of training.
-  void LeaveOut(std::initializer_list<int> clips) {
-    v1::MotionLibrary manifest = toy_.library->manifest();
-    for (const int clip : clips) {
-      manifest.mutable_clips(clip)->set_left_out(true);
-    }
-    std::string json;
-    ASSERT_TRUE(
-        google::protobuf::util::MessageToJsonString(manifest, &json).ok());
-    const auto frames =
-        ReadFile(JoinPath(toy_.library_folder, "frames.safetensors"));
-    ASSERT_TRUE(frames.ok()) << frames.status();
-    auto library = motion::Library::FromBytes(json, *frames, "toy");
-    ASSERT_TRUE(library.ok()) << library.status();
-    toy_.library = *std::move(library);
   }
   absl::StatusOr<StartTable> Create() {
     return StartTable::Create(recipe_, *toy_.library, curriculum_);
@@ -120,7 +100,7 @@ TEST_F(StartTableTest, DrawsBinsByTheirProbabilityUnderEveryOtherRule) {
 }
 
 TEST_F(StartTableTest, NeverDrawsFromALeftOutClip) {
-  LeaveOut({1});
+  LeaveOut({1}, toy_);
   const auto table = Create();
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_EQ(table->num_frames(), 24 + 15);
@@ -133,7 +113,7 @@ TEST_F(StartTableTest, NeverDrawsFromALeftOutClip) {
 }
 
 TEST_F(StartTableTest, RefusesLeftOutBins) {
-  LeaveOut({0});
+  LeaveOut({0}, toy_);
   recipe_.set_rule(v1::Start::RULE_BINS);
   AddBin(0, 0, 12, 1);
   EXPECT_THAT(Create(),
@@ -143,7 +123,7 @@ TEST_F(StartTableTest, RefusesLeftOutBins) {
 }
 
 TEST_F(StartTableTest, HasNoFramesOfALibraryWithNothingToTrainOn) {
-  LeaveOut({0, 1, 2});
+  LeaveOut({0, 1, 2}, toy_);
 
   const auto table = Create();
 

@@ -1,5 +1,7 @@
 #include "sim/world/testing/toy_world.h"
 
+#include <google/protobuf/util/json_util.h>
+
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -188,6 +190,20 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   world.library_folder = JoinPath(folder, "library");
   world.library = MakeLibrary(*world.character, world.library_folder);
   return world;
+}
+
+void LeaveOut(std::initializer_list<int> clips, ToyWorld& world) {
+  v1::MotionLibrary manifest = world.library->manifest();
+  for (const int clip : clips) manifest.mutable_clips(clip)->set_left_out(true);
+  std::string json;
+  SINEW_CHECK(
+      google::protobuf::util::MessageToJsonString(manifest, &json).ok());
+  const auto frames =
+      ReadFile(JoinPath(world.library_folder, "frames.safetensors"));
+  SINEW_CHECK(frames.ok()) << frames.status().ToString();
+  auto library = motion::Library::FromBytes(json, *frames, "toy");
+  SINEW_CHECK(library.ok()) << library.status().ToString();
+  world.library = *std::move(library);
 }
 
 }  // namespace sinew::world::testing

@@ -1,6 +1,7 @@
 #ifndef SINEW_SIM_WORLD_TESTING_TOY_WORLD_H_
 #define SINEW_SIM_WORLD_TESTING_TOY_WORLD_H_
 
+#include <initializer_list>
 #include <memory>
 #include <string>
 
@@ -36,6 +37,10 @@ v1::Recipe ToyRecipe();
 // Files go into a new folder below the test's temporary folder. Aborts with a
 // message on any error.
 ToyWorld MakeToyWorld(const v1::Recipe& recipe = ToyRecipe());
+
+// Leaves these clips of its library out of training; in memory, the folder
+// stays as it is.
+void LeaveOut(std::initializer_list<int> clips, ToyWorld& world);
 
 }  // namespace sinew::world::testing
 
