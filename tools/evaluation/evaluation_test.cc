@@ -130,6 +130,23 @@ TEST(Evaluation, WritesLeftOutClipsApartWhereThereAreAny) {
   EXPECT_EQ(write()["left_out"]["starts"], 3);
 }
 
+TEST(Evaluation, TellsWhichClipsAreLeftOut) {
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  LeaveOut({1}, toy);
+  const auto subject = MakeZeroActionSubject(
+      toy.recipe, std::move(toy.character), std::move(toy.library));
+  ASSERT_THAT(subject, IsOk());
+
+  const Json file =
+      Json::parse(JsonWith(*subject, {.starts = 1, .seconds = 0.5}));
+
+  ASSERT_TRUE(file.contains("training"));
+  EXPECT_EQ(file["training"]["clips"], 2);
+  EXPECT_EQ(file["left_out"]["clips"], 1);
+  EXPECT_FALSE(file["clips"][0].contains("left_out"));
+  EXPECT_EQ(file["clips"][1]["left_out"], true);
+}
+
 TEST(Evaluation, AClipSucceedsOnlyIfAllItsStartsDo) {
   const Json file = Json::parse(
       JsonWith(RandomSubject(), {.starts = 5, .seconds = 1, .threads = 2}));
