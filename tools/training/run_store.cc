@@ -25,14 +25,6 @@ std::string AssetsId(const std::string& assets_sha256) {
   return absl::StrCat("assets-", assets_sha256.substr(0, 16));
 }
 
-std::map<std::string, std::string> DigestByRole(const v1::TaskAssets& assets) {
-  std::map<std::string, std::string> digests;
-  for (const v1::Asset& asset : assets.assets()) {
-    digests[asset.role()] = asset.sha256();
-  }
-  return digests;
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<RunStore>> RunStore::Open(
@@ -54,25 +46,9 @@ absl::Status RunStore::PutAssets(const TaskSetup& setup) {
   return PutFiles(*store_, record, files);
 }
 
-absl::StatusOr<bool> RunStore::HasState() {
-  SINEW_ASSIGN_OR_RETURN(const v1::ListArtifactsResponse list,
-                         store_->ListArtifacts("state"));
-  return list.artifacts_size() > 0;
-}
-
 absl::StatusOr<learner::Trainer::State> RunStore::LoadState(
     std::vector<std::string>* warnings) {
   return learner::LoadLatestState(*store_, warnings);
-}
-
-absl::StatusOr<std::string> RunStore::AssetsOfState() {
-  SINEW_ASSIGN_OR_RETURN(const bool has_state, HasState());
-  if (!has_state) return "";
-  std::vector<std::string> warnings;  // Resume tells
-  const auto state = LoadState(&warnings);
-  if (absl::IsNotFound(state.status())) return "";
-  SINEW_RETURN_IF_ERROR(state.status());
-  return state->counters.assets_sha256();
 }
 
 absl::StatusOr<std::vector<std::string>> RunStore::ChangedAssets(
@@ -88,9 +64,11 @@ absl::StatusOr<std::vector<std::string>> RunStore::ChangedAssets(
     if (file.path() != kAssetList) before[file.path()] = file.sha256();
   }
   std::vector<std::string> changed;
-  for (const auto& [role, sha256] : DigestByRole(now)) {
-    const auto old = before.find(role);
-    if (old == before.end() || old->second != sha256) changed.push_back(role);
+  for (const v1::Asset& asset : now.assets()) {
+    const auto old = before.find(asset.role());
+    if (old == before.end() || old->second != asset.sha256()) {
+      changed.push_back(asset.role());
+    }
   }
   return changed;
 }

@@ -44,10 +44,6 @@ class RunStore {
   checkpoint::ArtifactStore& artifacts() { return *store_; }
 
   absl::Status PutAssets(const TaskSetup& setup);
-  absl::StatusOr<bool> HasState();
-  // Digest of the assets that the newest whole state is of; empty: there is no
-  // state.
-  absl::StatusOr<std::string> AssetsOfState();
   // Roles of the assets that differ between `assets_sha256`, as PutAssets has
   // stored it, and `setup`.
   absl::StatusOr<std::vector<std::string>> ChangedAssets(

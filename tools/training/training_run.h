@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -100,13 +101,15 @@ class TrainingRun {
   // training_run_open.cc.
   absl::Status OpenFolder();
   absl::Status OpenStore(const TaskSetup& setup);
+  absl::Status LoadState();
   absl::Status StartLogging();
   absl::Status StartServices(const TaskSetup& setup);
   void MakeExperience(const TaskSetup& setup);
   absl::Status MakeTrainer(const TaskSetup& setup);
   absl::Status CheckAssets(const TaskSetup& setup);
   absl::Status Resume();
-  absl::Status Restore(const learner::Trainer::State& state);
+  absl::Status Restore();
+  absl::Status Migrate();
 
   // training_run.cc.
   bool IsDone() const;
@@ -132,8 +135,8 @@ class TrainingRun {
 
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<RunStore> store_;
-  // Of the newest state when the run was opened; empty: there was none.
-  std::string assets_before_;
+  // The newest state, while the run is opened; unset: there is none.
+  std::optional<learner::Trainer::State> state_;
   // The newest state is of another library, which the run is to leave.
   bool migrates_ = false;
   std::unique_ptr<RunServices> services_;

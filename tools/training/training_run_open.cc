@@ -55,18 +55,29 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                                 : options_.checkpoint_address;
   SINEW_ASSIGN_OR_RETURN(store_,
                          RunStore::Open(where, options_.security, clock_));
+  SINEW_RETURN_IF_ERROR(LoadState());
   SINEW_RETURN_IF_ERROR(CheckAssets(setup));
   SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
       folder_->path(), options_.character, *setup.library));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_, setup.assets_sha256);
-  return best_->Load(assets_before_);
+  return best_->Load(state_ ? state_->counters.assets_sha256() : "");
+}
+
+absl::Status TrainingRun::LoadState() {
+  std::vector<std::string> warnings;
+  auto state = store_->LoadState(&warnings);
+  for (const std::string& warning : warnings) LogWarning(warning);
+  if (absl::IsNotFound(state.status())) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(state.status());
+  state_ = *std::move(state);
+  return absl::OkStatus();
 }
 
 absl::Status TrainingRun::CheckAssets(const TaskSetup& setup) {
-  SINEW_ASSIGN_OR_RETURN(assets_before_, store_->AssetsOfState());
-  const std::string& before = assets_before_;
-  if (before.empty() || before == setup.assets_sha256) return absl::OkStatus();
+  if (!state_) return absl::OkStatus();
+  const std::string& before = state_->counters.assets_sha256();
+  if (before == setup.assets_sha256) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> changed,
                          store_->ChangedAssets(before, setup));
   const bool library_alone =
@@ -151,8 +162,7 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
                                    .action_width = setup.action_width,
                                    .ranks = options_.ranks,
                                    .mirror = setup.mirror}));
-  SINEW_ASSIGN_OR_RETURN(const bool has_state, store_->HasState());
-  if (!options_.init.empty() && !has_state) {
+  if (!options_.init.empty() && !state_) {
     SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                            bundle::ReadBundle(options_.init));
     SINEW_RETURN_IF_ERROR(learner->InitFrom(bundle.weights));
@@ -172,29 +182,8 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
 }
 
 absl::Status TrainingRun::Resume() {
-  std::vector<std::string> warnings;
-  const auto state = store_->LoadState(&warnings);
-  for (const std::string& warning : warnings) LogWarning(warning);
-  if (state.ok()) {
-    SINEW_RETURN_IF_ERROR(Restore(*state));
-    figures_.seconds = {state->counters.wall_seconds(),
-                        state->counters.train_seconds()};
-    if (state->counters.build() != BuildIdentity()) {
-      LogWarning(
-          "the state is of another build: results may differ in bits",
-          {{"expected", BuildIdentity()}, {"found", state->counters.build()}});
-    }
-    // What was found of another library's clips is nothing to compare with.
-    const size_t snapshots = migrates_ ? 0 : state->snapshots.size();
-    for (size_t i = 0; i < snapshots; ++i) {
-      best_->Remember(state->counters.snapshots(static_cast<int>(i)).version(),
-                      std::make_shared<const std::string>(state->snapshots[i]),
-                      trainer_->samples(), figures_.seconds.train);
-    }
-    LogInfo("resumed", {{"iteration", trainer_->iteration()}});
-  } else if (!absl::IsNotFound(state.status())) {
-    return state.status();
-  }
+  if (state_) SINEW_RETURN_IF_ERROR(Restore());
+  state_.reset();
   first_samples_ = trainer_->samples();
   first_train_seconds_ = figures_.seconds.train;
   SINEW_ASSIGN_OR_RETURN(metrics_log_, MetricsLog::Open(folder_->metrics(),
@@ -202,18 +191,35 @@ absl::Status TrainingRun::Resume() {
   return absl::OkStatus();
 }
 
-absl::Status TrainingRun::Restore(const learner::Trainer::State& state) {
-  if (!migrates_) {
-    SINEW_RETURN_IF_ERROR(trainer_->Restore(state));
-    saved_iteration_ = trainer_->iteration();
-    return absl::OkStatus();
+absl::Status TrainingRun::Restore() {
+  const v1::TrainingState& counters = state_->counters;
+  figures_.seconds = {counters.wall_seconds(), counters.train_seconds()};
+  if (counters.build() != BuildIdentity()) {
+    LogWarning("the state is of another build: results may differ in bits",
+               {{"expected", BuildIdentity()}, {"found", counters.build()}});
   }
-  SINEW_ASSIGN_OR_RETURN(const int unchanged, trainer_->Migrate(state));
+  if (migrates_) return Migrate();
+  SINEW_RETURN_IF_ERROR(trainer_->Restore(*state_));
+  saved_iteration_ = trainer_->iteration();
+  for (size_t i = 0; i < state_->snapshots.size(); ++i) {
+    best_->Remember(counters.snapshots(static_cast<int>(i)).version(),
+                    std::make_shared<const std::string>(state_->snapshots[i]),
+                    trainer_->samples(), figures_.seconds.train);
+  }
+  LogInfo("resumed", {{"iteration", trainer_->iteration()}});
+  return absl::OkStatus();
+}
+
+// Nothing of before is remembered as the best: what was found of another
+// library's clips is nothing to compare with.
+absl::Status TrainingRun::Migrate() {
+  SINEW_ASSIGN_OR_RETURN(const int unchanged, trainer_->Migrate(*state_));
   // Not saved yet: the newest state is still that of the old library.
   save_is_due_ = true;
   LogInfo("gone on with another library",
           {{"clips", trainer_->curriculum().table().clips_size()},
-           {"unchanged", unchanged}});
+           {"unchanged", unchanged},
+           {"iteration", trainer_->iteration()}});
   return absl::OkStatus();
 }
 
