@@ -15,6 +15,7 @@
 #include "learner/curriculum/bin_sums.h"
 #include "learner/curriculum/start_rule.h"
 #include "proto/sinew/v1/training_state.pb.h"
+#include "tools/curriculum/summary_json.h"
 
 namespace sinew::tools {
 namespace {
@@ -61,23 +62,6 @@ absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
 std::string RuleName(v1::Start::Rule rule) {
   return absl::AsciiStrToLower(
       absl::StripPrefix(v1::Start::Rule_Name(rule), "RULE_"));
-}
-
-Json SummaryJson(const learner::CurriculumSummary& summary) {
-  return {{"clips", summary.clips},
-          {"left_out_clips", summary.left_out_clips},
-          {"bins", summary.bins},
-          {"entropy", summary.entropy},
-          {"entropy_share", summary.entropy_share},
-          {"floor_share", summary.floor_share},
-          {"largest_clip_share", summary.largest_clip_share},
-          {"clips_of_half", summary.clips_of_half},
-          {"failure_rate", summary.failure_rate},
-          {"hardest_share", summary.hardest_share},
-          {"hardest_failure_rate", summary.hardest_failure_rate},
-          {"evaluated_clips", summary.evaluated_clips},
-          {"hard_clips", summary.hard_clips},
-          {"worst_success", summary.worst_success}};
 }
 
 std::string ClipName(const v1::CurriculumTable& table, int clip) {

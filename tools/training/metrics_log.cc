@@ -6,6 +6,7 @@
 #include "absl/strings/str_split.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "tools/curriculum/summary_json.h"
 
 namespace sinew::tools {
 namespace {
@@ -33,22 +34,6 @@ Json EvaluationRow(const learner::IterationReport& report) {
     row["left_out"] = SetRow(evaluation.left_out);
   }
   return row;
-}
-
-Json CurriculumRow(const learner::CurriculumSummary& curriculum) {
-  return {{"clips", curriculum.clips},
-          {"bins", curriculum.bins},
-          {"entropy", curriculum.entropy},
-          {"entropy_share", curriculum.entropy_share},
-          {"floor_share", curriculum.floor_share},
-          {"largest_clip_share", curriculum.largest_clip_share},
-          {"clips_of_half", curriculum.clips_of_half},
-          {"failure_rate", curriculum.failure_rate},
-          {"hardest_share", curriculum.hardest_share},
-          {"hardest_failure_rate", curriculum.hardest_failure_rate},
-          {"evaluated_clips", curriculum.evaluated_clips},
-          {"hard_clips", curriculum.hard_clips},
-          {"worst_success", curriculum.worst_success}};
 }
 
 Json SecondsRow(const learner::IterationReport& report,
@@ -104,7 +89,7 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
               {"save_failures", figures.save_failures},
               {"flops", update.flops},
               {"seconds", SecondsRow(report, figures)}};
-  row["curriculum"] = CurriculumRow(report.curriculum);
+  row["curriculum"] = SummaryJson(report.curriculum);
   if (report.evaluation) row["eval"] = EvaluationRow(report);
   return row;
 }
