@@ -36,6 +36,12 @@ constexpr std::array<const char*, 15> kValues = {"reward",
 constexpr std::array<const char*, 4> kRewardTerms = {
     "reward_position", "reward_rotation", "reward_linear", "reward_angular"};
 
+// Of the object "curriculum" of a row, by their names there.
+constexpr std::array<const char*, 9> kCurriculumValues = {
+    "entropy_share",        "floor_share",  "largest_clip_share",
+    "clips_of_half",        "failure_rate", "hardest_share",
+    "hardest_failure_rate", "hard_clips",   "worst_success"};
+
 double Value(const Json& row, const std::string& name) {
   return NumberAt(row, {name}, kAbsent);
 }
@@ -48,12 +54,6 @@ double RewardTerm(const Json& row, size_t term) {
   }
   return (*it)[term].get<double>();
 }
-
-// Of the object "curriculum" of a row, by their names there.
-constexpr std::array<const char*, 9> kCurriculumValues = {
-    "entropy_share",        "floor_share",  "largest_clip_share",
-    "clips_of_half",        "failure_rate", "hardest_share",
-    "hardest_failure_rate", "hard_clips",   "worst_success"};
 
 double FailShare(const Json& row) {
   const double episodes = Value(row, "episodes");
@@ -103,9 +103,10 @@ void RemoveEmpty(Json* columns) {
   }
 }
 
-}  // namespace
-
-Json TrainingCurves(const std::vector<Json>& rows) {
+// Columns of at most kMaxPoints points: where each lies, and what
+// add(bucket, columns) makes of its rows.
+template <typename Add>
+Json Thinned(const std::vector<Json>& rows, const Add& add) {
   Json columns = Json::object();
   const size_t width = (rows.size() + kMaxPoints - 1) / kMaxPoints;
   for (size_t first = 0; first < rows.size(); first += width) {
@@ -113,6 +114,22 @@ Json TrainingCurves(const std::vector<Json>& rows) {
     for (const char* name : kPositions) {
       columns[name].push_back(Number(Value(rows[bucket.last], name)));
     }
+    add(bucket, columns);
+  }
+  RemoveEmpty(&columns);
+  return columns;
+}
+
+double CurriculumValue(const Json& row, const char* name) {
+  const bool known = std::string_view(name) != "worst_success" ||
+                     NumberAt(row, {"curriculum", "evaluated_clips"}) > 0;
+  return known ? NumberAt(row, {"curriculum", name}, kAbsent) : kAbsent;
+}
+
+}  // namespace
+
+Json TrainingCurves(const std::vector<Json>& rows) {
+  return Thinned(rows, [](const Bucket& bucket, Json& columns) {
     for (const char* name : kValues) {
       columns[name].push_back(
           bucket.Mean([&](const Json& row) { return Value(row, name); }));
@@ -125,9 +142,7 @@ Json TrainingCurves(const std::vector<Json>& rows) {
         [](const Json& row) { return 1000 * Value(row, "body_distance_m"); }));
     columns["fail_share"].push_back(bucket.Mean(FailShare));
     columns["samples_per_s"].push_back(bucket.SamplesPerSecond());
-  }
-  RemoveEmpty(&columns);
-  return columns;
+  });
 }
 
 Json CurriculumCurves(const std::vector<Json>& rows) {
@@ -135,23 +150,12 @@ Json CurriculumCurves(const std::vector<Json>& rows) {
   if (rows.empty() || NumberAt(rows.back(), {"curriculum", "bins"}) < 2) {
     return Json::object();
   }
-  Json columns = Json::object();
-  const size_t width = (rows.size() + kMaxPoints - 1) / kMaxPoints;
-  for (size_t first = 0; first < rows.size(); first += width) {
-    const Bucket bucket{rows, first, std::min(first + width, rows.size()) - 1};
-    for (const char* name : kPositions) {
-      columns[name].push_back(Number(Value(rows[bucket.last], name)));
-    }
+  return Thinned(rows, [](const Bucket& bucket, Json& columns) {
     for (const char* name : kCurriculumValues) {
-      columns[name].push_back(bucket.Mean([&](const Json& row) {
-        const bool known = std::string_view(name) != "worst_success" ||
-                           NumberAt(row, {"curriculum", "evaluated_clips"}) > 0;
-        return known ? NumberAt(row, {"curriculum", name}, kAbsent) : kAbsent;
-      }));
+      columns[name].push_back(bucket.Mean(
+          [&](const Json& row) { return CurriculumValue(row, name); }));
     }
-  }
-  RemoveEmpty(&columns);
-  return columns;
+  });
 }
 
 Json EvaluationCurves(const std::vector<Json>& rows) {
