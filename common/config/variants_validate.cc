@@ -74,8 +74,8 @@ void CheckDrive(const v1::ActuatorModel::Drive& drive, const std::string& path,
   check.AtLeast(drive.viscous_friction(), 0, path + ".viscous_friction");
   check.AtLeast(drive.max_torque(), 0, path + ".max_torque");
   check.Positive(drive.limit_velocity(), path + ".limit_velocity");
-  check.Require(drive.max_velocity() > drive.limit_velocity() &&
-                    drive.max_velocity() < 1e9,
+  check.Positive(drive.max_velocity(), path + ".max_velocity");
+  check.Require(drive.max_velocity() > drive.limit_velocity(),
                 path + ".max_velocity",
                 absl::StrCat("> ", path, ".limit_velocity (",
                              drive.limit_velocity(), ")"),
