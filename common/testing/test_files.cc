@@ -10,7 +10,10 @@ namespace sinew::testing {
 
 std::string TestPath(const std::string& name) {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  return JoinPath(JoinPath(::testing::TempDir(), test->name()), name);
+  return JoinPath(
+      JoinPath(JoinPath(::testing::TempDir(), test->test_suite_name()),
+               test->name()),
+      name);
 }
 
 std::string WriteTestFile(const std::string& name, absl::string_view content) {
