@@ -1,7 +1,5 @@
 #include "actor/fallen_evaluation.h"
 
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,26 +16,6 @@ constexpr double kStandingSeconds = 3;
 // Share of the standing height below which a reference's root lies or crouches:
 // to track it would be no standing up.
 constexpr double kUprightShare = 0.8;
-
-// Metres between the root and the lowest point of the default pose, upright.
-double StandingHeight(const character::Character& character) {
-  const mjModel* model = character.model();
-  const character::DataPtr data(mj_makeData(model));
-  for (const character::JointInfo& joint : character.joints()) {
-    data->qpos[joint.qpos_address] = joint.default_position;
-  }
-  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
-  std::fill_n(root, 7, 0.0);
-  root[3] = 1;
-  mj_kinematics(model, data.get());
-  double lowest = 0;
-  for (int geom = 0; geom < model->ngeom; ++geom) {
-    if (model->geom_bodyid[geom] == 0) continue;
-    lowest = std::min(lowest,
-                      data->geom_xpos[3 * geom + 2] - model->geom_rbound[geom]);
-  }
-  return -lowest;
-}
 
 // Whether the root stays at `height` or above in frames 0 to `last` of a clip.
 bool StaysUpright(const motion::Library& library, int clip, int64_t last,
@@ -67,7 +45,8 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
           ? task.recipe().task().recovery().steps()
           : static_cast<int32_t>(std::lround(kStandingSeconds * hz));
   const motion::Library& library = task.library();
-  const double height = kUprightShare * StandingHeight(task.character());
+  const double height =
+      kUprightShare * task.character().proto().standing_root_height();
   const int last = std::max(1, steps - standing);
   std::vector<int> clips;
   for (int clip = 0; clip < library.num_clips(); ++clip) {

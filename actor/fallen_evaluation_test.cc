@@ -3,10 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
 #include <vector>
 
+#include "absl/strings/str_replace.h"
+#include "actor/rollout_assets.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "sim/world/testing/toy_world.h"
 
@@ -41,6 +47,32 @@ TEST(FallenEvaluation, StartsFromEveryStateInClipsThatAreLongEnough) {
     EXPECT_EQ((*starts)[i].steps(), 30);
     EXPECT_EQ((*starts)[i].recovery_steps(), 12);
   }
+}
+
+TEST(FallenEvaluation, LeavesOutClipsInWhichTheReferenceLies) {
+  RolloutRig rig(RecoveryRecipe());
+  std::map<std::string, std::string>& bytes = rig.asset_bytes;
+  auto frames = ParseSafetensors(bytes["frames"], "frames");
+  ASSERT_TRUE(frames.ok()) << frames.status();
+  const auto lower = [&](int row) {
+    frames->at("root_position").mutable_float32()[3 * row + 2] = 0.3F;
+  };
+  lower(7);        // "turn", in use
+  lower(24 + 19);  // "sway", after the 19 frames in use
+  const std::string before = Sha256Hex(bytes["frames"]);
+  bytes["frames"] = SerializeSafetensors(*frames);
+  bytes["library"] = absl::StrReplaceAll(
+      bytes["library"], {{before, Sha256Hex(bytes["frames"])}});
+  const auto assets = RolloutAssets::Create(bytes["character"], bytes["model"],
+                                            bytes["library"], bytes["frames"],
+                                            bytes["recipe"], bytes["fallen"]);
+  ASSERT_TRUE(assets.ok()) << assets.status();
+
+  const auto starts = FallenStarts((*assets)->task(), 0.5);
+
+  ASSERT_TRUE(starts.ok()) << starts.status();
+  ASSERT_EQ(starts->size(), 4);
+  for (const v1::EvaluationStart& start : *starts) EXPECT_EQ(start.clip(), 1);
 }
 
 TEST(FallenEvaluation, StartsCanBeRun) {

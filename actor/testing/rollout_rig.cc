@@ -1,30 +1,26 @@
 #include "actor/testing/rollout_rig.h"
 
+#include <gtest/gtest.h>
+
 #include <utility>
 
 #include "actor/zero_action.h"
-#include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
 #include "sim/world/fallen_states.h"
+#include "sim/world/testing/task_rig.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::actor::testing {
 namespace {
 
-template <typename T>
-T ValueOrDie(absl::StatusOr<T> value) {
-  SINEW_CHECK(value.ok()) << value.status().ToString();
-  return *std::move(value);
-}
-
 std::map<std::string, std::string> AssetBytes(
     const world::testing::ToyWorld& toy) {
   const auto read = [&](const std::string& name) {
-    return ValueOrDie(ReadFile(JoinPath(toy.library_folder, name)));
+    return ReadFile(JoinPath(toy.library_folder, name)).value();
   };
   return {{"character", toy.character->character_text()},
           {"model", toy.character->model_binary()},
@@ -33,26 +29,17 @@ std::map<std::string, std::string> AssetBytes(
           {"recipe", PrintRecipe(toy.recipe)}};
 }
 
-std::unique_ptr<const world::FallenStates> MakeFallen(
-    const world::testing::ToyWorld& toy) {
-  const v1::Recovery& recovery = toy.recipe.task().recovery();
-  if (!(recovery.fallen_share() > 0)) return nullptr;
-  return std::make_unique<const world::FallenStates>(
-      ValueOrDie(world::FallenStates::Make(*toy.character, toy.recipe,
-                                           recovery.fallen_states(),
-                                           recovery.fallen_seed())));
-}
-
 }  // namespace
 
 RolloutRig::RolloutRig(const v1::Recipe& recipe) {
   world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
   asset_bytes = AssetBytes(toy);
-  std::unique_ptr<const world::FallenStates> fallen = MakeFallen(toy);
+  std::unique_ptr<const world::FallenStates> fallen =
+      world::testing::MakeFallenStates(toy);
   if (fallen != nullptr) asset_bytes["fallen"] = fallen->Serialize();
-  assets = ValueOrDie(
-      RolloutAssets::FromParts(toy.recipe, std::move(toy.character),
-                               std::move(toy.library), std::move(fallen)));
+  assets = RolloutAssets::FromParts(toy.recipe, std::move(toy.character),
+                                    std::move(toy.library), std::move(fallen))
+               .value();
   policy::TrackingPolicyOptions options;
   options.observation_width = assets->task().observation_width();
   options.action_width = assets->task().action_width();
@@ -61,26 +48,29 @@ RolloutRig::RolloutRig(const v1::Recipe& recipe) {
   options.network.add_policy_hidden(16);
   options.network.set_last_layer_gain(0.3);
   options.network.set_initial_std(std);
-  *message.mutable_graph() = ValueOrDie(policy::BuildTrackingPolicy(options));
+  *message.mutable_graph() = policy::BuildTrackingPolicy(options).value();
   message.set_weights(
-      SerializeSafetensors(ValueOrDie(policy::InitialWeights(options, 3))));
+      SerializeSafetensors(policy::InitialWeights(options, 3).value()));
   Prepare();
   NewWorker();
 }
 
 void RolloutRig::Prepare() {
-  snapshot = ValueOrDie(PreparedSnapshot::Create(
-      message, Sha256Hex(SerializeDeterministically(message)), *assets));
+  snapshot =
+      PreparedSnapshot::Create(
+          message, Sha256Hex(SerializeDeterministically(message)), *assets)
+          .value();
 }
 
 void RolloutRig::NewWorker() {
-  worker = ValueOrDie(RolloutWorker::Create(assets, /*max_environments=*/4));
+  worker = RolloutWorker::Create(assets, /*max_environments=*/4).value();
 }
 
 void RolloutRig::UseZeroAction() {
-  message = ValueOrDie(ZeroActionSnapshot(assets->task().observation_width(),
-                                          assets->task().action_width(),
-                                          /*std=*/0.01));
+  message = ZeroActionSnapshot(assets->task().observation_width(),
+                               assets->task().action_width(),
+                               /*std=*/0.01)
+                .value();
   Prepare();
 }
 
@@ -129,7 +119,31 @@ v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
 }
 
 v1::Segment RolloutRig::Run(const v1::Order& order) {
-  return ValueOrDie(worker->Run(order, *snapshot));
+  return worker->Run(order, *snapshot).value();
+}
+
+void RolloutRig::ExpectTogether(const v1::Segment& whole,
+                                const v1::Segment& first,
+                                const v1::Segment& second) const {
+  const auto data = [](const v1::Segment& segment, absl::string_view name) {
+    return FindColumn(segment, name)->data();
+  };
+  for (const auto& column : assets->layout().columns()) {
+    if (column.lead() != v1::SegmentLayout::LEAD_STEP) continue;
+    const std::string& name = column.name();
+    EXPECT_EQ(data(whole, name), data(first, name) + data(second, name))
+        << name;
+  }
+  EXPECT_EQ(whole.episodes_size(),
+            first.episodes_size() + second.episodes_size());
+  EXPECT_EQ(data(whole, column::kBoundaryObservation),
+            data(second, column::kBoundaryObservation));
+  ASSERT_EQ(whole.end_states_size(), second.end_states_size());
+  for (int e = 0; e < whole.end_states_size(); ++e) {
+    EXPECT_EQ(SerializeDeterministically(whole.end_states(e)),
+              SerializeDeterministically(second.end_states(e)))
+        << e;
+  }
 }
 
 std::string Bytes(v1::Segment segment) {

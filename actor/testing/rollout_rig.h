@@ -41,6 +41,10 @@ struct RolloutRig {
   void UseZeroAction();
   void NewWorker();
   v1::Segment Run(const v1::Order& order);
+  // Expects that two segments, one after the other, are `whole`: its steps, its
+  // episodes, its end.
+  void ExpectTogether(const v1::Segment& whole, const v1::Segment& first,
+                      const v1::Segment& second) const;
 
   const double std = 0.25;
   std::shared_ptr<const RolloutAssets> assets;

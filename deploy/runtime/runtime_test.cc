@@ -1,28 +1,16 @@
-// What the runtime computes from plain numbers is what an actor computes from
-// its simulation, bit for bit.
 #include "deploy/runtime/runtime.h"
 
-#include <mujoco/mujoco.h>
-
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "common/config/recipe.h"
-#include "common/files.h"
-#include "common/policy/executor.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/runtime/pose.h"
 #include "deploy/runtime/simulation.h"
+#include "deploy/runtime/testing/runtime_rig.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "sim/character/model_ptr.h"
-#include "sim/world/testing/toy_world.h"
-#include "sim/world/tracking_task.h"
 
 namespace sinew::runtime {
 namespace {
@@ -32,188 +20,7 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-// A toy bundle with every block of an observation, its library, its task.
-struct Rig {
-  explicit Rig(const std::function<void(v1::Task&)>& edit = [](v1::Task&) {}) {
-    v1::Recipe recipe = world::testing::ToyRecipe();
-    v1::Observation& observation =
-        *recipe.mutable_task()->mutable_observation();
-    observation.clear_blocks();
-    for (int block = 1; block <= 5; ++block) {
-      observation.add_blocks(static_cast<v1::Observation::Block>(block));
-    }
-    observation.clear_frames_ahead();
-    observation.add_frames_ahead(2);
-    observation.add_frames_ahead(7);
-    recipe.mutable_task()->mutable_action()->set_velocity_feedforward(true);
-    edit(*recipe.mutable_task());
-    toy = world::testing::MakeToyWorld(recipe);
-    content = bundle::testing::ToyContent(toy);
-    const std::string directory = JoinPath(toy.folder, "bundle");
-    EXPECT_THAT(bundle::WriteBundle(content, directory), IsOk());
-    auto opened = Runtime::Open(directory);
-    EXPECT_THAT(opened, IsOk());
-    runtime = *std::move(opened);
-    task =
-        *world::TrackingTask::Create(toy.recipe, *toy.character, *toy.library);
-    target.resize(4);
-  }
-  std::string library() const { return JoinPath(toy.folder, "library"); }
-
-  world::testing::ToyWorld toy;
-  bundle::BundleContent content;
-  std::unique_ptr<Runtime> runtime;
-  std::unique_ptr<world::TrackingTask> task;
-  std::vector<double> target;
-};
-
-// An actor's step, written out with the code that actors use.
-class Actor {
- public:
-  explicit Actor(const Rig& rig)
-      : task_(*rig.task),
-        data_(mj_makeData(rig.toy.character->model())),
-        work_(task_.MakeWorkspace()),
-        executor_(*policy::Executor::Create(
-            *policy::PackWeights(rig.content.graph, "policy",
-                                 rig.content.weights),
-            /*max_batch=*/8)),
-        previous(task_.action_width()),
-        target(task_.action_width()) {}
-
-  void Begin(int clip, int frame) {
-    episode_ = {.clip = clip, .start_frame = frame};
-    task_.Reset(episode_, nullptr, data_.get(), absl::MakeSpan(previous),
-                work_.get());
-  }
-  void Act() {
-    task_.Refresh(data_.get(), work_.get());
-    const absl::Span<float> input =
-        executor_->input(executor_->input_index("observation"));
-    task_.Observe(data_.get(), episode_, previous,
-                  input.first(task_.observation_width()), work_.get());
-    executor_->Run(1);
-    observation.assign(input.begin(),
-                       input.begin() + task_.observation_width());
-    task_.Target(data_.get(), episode_,
-                 executor_->tap(executor_->tap_index("action"))
-                     .first(task_.action_width()),
-                 absl::MakeSpan(target), work_.get());
-  }
-  world::StepResult Step() {
-    return task_.Step(data_.get(), target, &episode_, absl::MakeSpan(previous),
-                      work_.get());
-  }
-  const mjData& data() const { return *data_; }
-  // Moves the body, m.
-  void MoveBy(double x) { data_->qpos[0] += x; }
-
- private:
-  const world::TrackingTask& task_;
-  const character::DataPtr data_;
-  const std::unique_ptr<world::TrackingTask::Workspace> work_;
-  const std::unique_ptr<policy::Executor> executor_;
-  world::Episode episode_;
-
- public:
-  std::vector<double> previous, target;
-  std::vector<float> observation;
-};
-
-TEST(Runtime, FollowsALibraryBitForBitAsAnActorDoes) {
-  Rig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  Actor actor(rig);
-  PoseBuffer pose(4);
-  for (const int clip : {0, 1, 2}) {
-    const int frame = 3 * clip + 1;
-    ASSERT_THAT(rig.runtime->Play(rig.toy.library->clip(clip).name(),
-                                  frame / 30.0, Runtime::Align::kNone),
-                IsOk());
-    actor.Begin(clip, frame);
-    pose.Read(*rig.toy.character, actor.data());
-    ASSERT_THAT(rig.runtime->Reset(pose.pose(), nullptr), IsOk());
-    for (int step = 0; step < 40; ++step) {
-      actor.Act();
-      pose.Read(*rig.toy.character, actor.data());
-
-      ASSERT_THAT(rig.runtime->Step(pose.pose(), absl::MakeSpan(rig.target)),
-                  IsOk());
-
-      ASSERT_EQ(std::vector<float>(rig.runtime->observation().begin(),
-                                   rig.runtime->observation().end()),
-                actor.observation)
-          << "clip " << clip << " step " << step;
-      ASSERT_EQ(rig.target, actor.target)
-          << "clip " << clip << " step " << step;
-      if (actor.Step().diverged) break;
-    }
-  }
-}
-
-// Recovery on, goals in body space, drives of their own.
-void UseVariants(v1::Task& task) {
-  task.mutable_observation()->add_blocks(
-      v1::Observation::BLOCK_REFERENCE_KEYPOINTS);
-  task.mutable_observation()->add_blocks(
-      v1::Observation::BLOCK_REFERENCE_BODIES);
-  task.mutable_recovery()->set_far_share(0.5);
-  task.mutable_actuator_model()->add_drives();
-  v1::Recipe recipe;
-  *recipe.mutable_task() = task;
-  task = WithDefaults(recipe).task();
-}
-
-TEST(Runtime, FollowsAReferenceOutOfSightAsAnActorDoes) {
-  Rig rig(UseVariants);
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  Actor actor(rig);
-  PoseBuffer pose(4);
-  for (const double away : {0.0, 6.0}) {
-    ASSERT_THAT(rig.runtime->Play("turn", 0.1, Runtime::Align::kNone), IsOk());
-    actor.Begin(0, 3);
-    actor.MoveBy(away);
-    pose.Read(*rig.toy.character, actor.data());
-    ASSERT_THAT(rig.runtime->Reset(pose.pose(), nullptr), IsOk());
-    for (int step = 0; step < 10; ++step) {
-      actor.Act();
-      pose.Read(*rig.toy.character, actor.data());
-
-      ASSERT_THAT(rig.runtime->Step(pose.pose(), absl::MakeSpan(rig.target)),
-                  IsOk());
-
-      ASSERT_EQ(std::vector<float>(rig.runtime->observation().begin(),
-                                   rig.runtime->observation().end()),
-                actor.observation)
-          << away << " m away, step " << step;
-      ASSERT_EQ(rig.target, actor.target) << away << " m away, step " << step;
-      if (actor.Step().diverged) break;
-    }
-  }
-}
-
-TEST(Runtime, MovesTheBodyByTheDrivesOfItsBundle) {
-  Rig rig(UseVariants);
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
-  Simulation body(*rig.runtime);
-  ASSERT_THAT(body.Start(*rig.runtime), IsOk());
-  Actor actor(rig);
-  actor.Begin(1, 0);
-  for (int step = 0; step < 5; ++step) {
-    actor.Act();
-    ASSERT_THAT(rig.runtime->Step(body.pose(), body.target()), IsOk());
-
-    actor.Step();
-    ASSERT_THAT(body.Step(), IsOk());
-
-    for (int i = 0; i < rig.toy.character->model()->nq; ++i) {
-      EXPECT_NEAR(body.data().qpos[i], actor.data().qpos[i], 1e-6)
-          << step << " " << i;
-    }
-  }
-}
+using testing::RuntimeRig;
 
 // The given-frame reference of a clip: what a caller would make of it.
 class GivenFrames {
@@ -242,7 +49,7 @@ class GivenFrames {
 };
 
 TEST(Runtime, GivenFramesAndTheLibrarysAgree) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("turn", 0.5, Runtime::Align::kNone), IsOk());
   Simulation body(*rig.runtime);
@@ -276,7 +83,7 @@ TEST(Runtime, GivenFramesAndTheLibrarysAgree) {
 }
 
 TEST(Runtime, WantsTheFramesThatThePolicyLooksAtAndTheNext) {
-  const Rig rig;
+  const RuntimeRig rig;
 
   EXPECT_THAT(rig.runtime->frames(), ElementsAre(2, 7, 1));
   EXPECT_TRUE(rig.runtime->reference_needs().contact);
@@ -284,7 +91,7 @@ TEST(Runtime, WantsTheFramesThatThePolicyLooksAtAndTheNext) {
 }
 
 TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("turn", 0, Runtime::Align::kNone), IsOk());
   Simulation body(*rig.runtime);
@@ -308,7 +115,7 @@ TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
 }
 
 TEST(Runtime, EstimatesWhatAnImuCannotGive) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
   Simulation body(*rig.runtime);
@@ -332,7 +139,7 @@ TEST(Runtime, EstimatesWhatAnImuCannotGive) {
 }
 
 TEST(Runtime, TakesTheCallersPreviousTarget) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
   Simulation body(*rig.runtime);
@@ -351,7 +158,7 @@ TEST(Runtime, TakesTheCallersPreviousTarget) {
 }
 
 TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
   Simulation body(*rig.runtime);
@@ -378,7 +185,7 @@ TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
 }
 
 TEST(Runtime, SaysWhichCallIsMissing) {
-  Rig rig;
+  RuntimeRig rig;
   Simulation body(*rig.runtime);
   EXPECT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone),
               StatusIs(absl::StatusCode::kFailedPrecondition,
@@ -397,7 +204,7 @@ TEST(Runtime, SaysWhichCallIsMissing) {
 }
 
 TEST(Runtime, NeedsTorquesWhereTheActionLawFoldsThemIn) {
-  const Rig rig([](v1::Task& task) {
+  const RuntimeRig rig([](v1::Task& task) {
     task.mutable_action()->set_torque_feedforward(true);
   });
   Simulation body(*rig.runtime);
@@ -412,7 +219,7 @@ TEST(Runtime, NeedsTorquesWhereTheActionLawFoldsThemIn) {
 }
 
 TEST(Runtime, HoldsTheEndOfAClip) {
-  Rig rig;
+  RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
   ASSERT_THAT(rig.runtime->Play("sway", 18 / 30.0, Runtime::Align::kNone),
               IsOk());

@@ -1,6 +1,5 @@
 #include "deploy/runtime/simulation.h"
 
-#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,17 +10,12 @@
 namespace sinew::runtime {
 namespace {
 
-int Substeps(const v1::Physics& physics) {
-  return static_cast<int>(
-      std::lround(physics.physics_hz() / physics.control_hz()));
-}
-
 // The torque law that the policy was trained with.
 world::Actuation MakeActuation(const Runtime& policy) {
   const v1::BundleManifest& manifest = policy.bundle().manifest;
   auto actuation = world::Actuation::Create(
       bundle::TaskRecipe(manifest).task().actuator_model(), policy.character(),
-      Substeps(manifest.physics()), manifest.action().ramp());
+      world::Substeps(manifest.physics()), manifest.action().ramp());
   // A runtime has refused what does not fit.
   SINEW_CHECK(actuation.ok()) << actuation.status().ToString();
   return *std::move(actuation);

@@ -72,7 +72,20 @@ absl::StatusOr<std::vector<int>> ChooseDrives(
   return choice;
 }
 
+// Velocity change per Nm that an explicit torque makes in a physics step, with
+// the damping implicit: h / (I + h kd), in the model's reference pose.
+double Softness(const mjModel* model, const character::JointInfo& joint) {
+  const double step = model->opt.timestep;
+  return step /
+         (1 / model->dof_invweight0[joint.dof_address] + step * joint.damping);
+}
+
 }  // namespace
+
+int Substeps(const v1::Physics& physics) {
+  return static_cast<int>(
+      std::lround(physics.physics_hz() / physics.control_hz()));
+}
 
 Actuation::Actuation(const character::Character& character, int substeps,
                      bool ramp)
@@ -82,7 +95,8 @@ Actuation::Actuation(const character::Character& character, int substeps,
                        .dof_address = joint.dof_address,
                        .stiffness = joint.stiffness,
                        .damping = joint.damping,
-                       .limit = joint.torque_limit});
+                       .limit = joint.torque_limit,
+                       .softness = Softness(character.model(), joint)});
   }
 }
 
@@ -108,34 +122,22 @@ absl::StatusOr<Actuation> Actuation::Create(
   return actuation;
 }
 
-double Actuation::ApplyTorques(absl::Span<const double> from,
-                               absl::Span<const double> to, double share,
-                               mjData* data) const {
-  double power = 0;
-  for (size_t j = 0; j < joints_.size(); ++j) {
-    const Joint& joint = joints_[j];
-    const double target = from[j] + share * (to[j] - from[j]);
-    const double velocity = data->qvel[joint.dof_address];
-    const double torque =
-        std::clamp(joint.stiffness * (target - data->qpos[joint.qpos_address]) -
-                       joint.damping * velocity,
-                   -joint.limit, joint.limit);
-    data->qfrc_applied[joint.dof_address] = torque + joint.damping * velocity;
-    power += std::abs(torque * velocity);
-  }
-  return power;
-}
-
 double Actuation::Drive::Limit(double velocity) const {
   return max_torque *
          std::clamp((max_velocity - velocity) / (max_velocity - limit_velocity),
                     0.0, 1.0);
 }
 
-double Actuation::ApplyModelledTorques(absl::Span<const double> from,
-                                       absl::Span<const double> to,
-                                       double share, const Variation& variation,
-                                       mjData* data) const {
+double Actuation::Drive::Friction(double velocity, double softness) const {
+  const double width =
+      std::max(activation_velocity, static_friction * softness);
+  return static_friction * std::tanh(velocity / width) +
+         viscous_friction * velocity;
+}
+
+double Actuation::ApplyTorques(absl::Span<const double> from,
+                               absl::Span<const double> to, double share,
+                               const Variation& variation, mjData* data) const {
   double power = 0;
   for (size_t j = 0; j < joints_.size(); ++j) {
     const Joint& joint = joints_[j];
@@ -154,9 +156,7 @@ double Actuation::ApplyModelledTorques(absl::Span<const double> from,
     } else {
       const Drive& drive = drives_[j];
       motor = std::clamp(motor, -drive.Limit(-velocity), drive.Limit(velocity));
-      friction = drive.static_friction *
-                     std::tanh(velocity / drive.activation_velocity) +
-                 drive.viscous_friction * velocity;
+      friction = drive.Friction(velocity, joint.softness);
     }
     data->qfrc_applied[joint.dof_address] =
         motor - friction + joint.damping * velocity;
@@ -165,44 +165,26 @@ double Actuation::ApplyModelledTorques(absl::Span<const double> from,
   return power;
 }
 
-template <typename Apply>
-ActuationResult Actuation::RunSteps(absl::Span<const double> previous_target,
-                                    absl::Span<const double> target,
-                                    const mjModel* model, mjData* data,
-                                    Apply&& apply) const {
-  for (mjtWarning warning : kDivergence) data->warning[warning].number = 0;
-  ActuationResult result;
-  const absl::Span<const double> from = ramp_ ? previous_target : target;
-  for (int k = 1; k <= substeps_; ++k) {
-    const double share = static_cast<double>(k) / substeps_;
-    result.power += apply(from, share);
-    mj_step(model, data);
-  }
-  result.power /= substeps_;
-  result.diverged = Diverged(model, data);
-  return result;
-}
-
 ActuationResult Actuation::Run(absl::Span<const double> previous_target,
                                absl::Span<const double> target,
                                mjData* data) const {
-  if (!drives_.empty()) {
-    return Run(previous_target, target, {.model = model_}, data);
-  }
-  return RunSteps(previous_target, target, model_, data,
-                  [&](absl::Span<const double> from, double share) {
-                    return ApplyTorques(from, target, share, data);
-                  });
+  return Run(previous_target, target, {.model = model_}, data);
 }
 
 ActuationResult Actuation::Run(absl::Span<const double> previous_target,
                                absl::Span<const double> target,
                                const Variation& variation, mjData* data) const {
-  return RunSteps(previous_target, target, variation.model, data,
-                  [&](absl::Span<const double> from, double share) {
-                    return ApplyModelledTorques(from, target, share, variation,
-                                                data);
-                  });
+  for (mjtWarning warning : kDivergence) data->warning[warning].number = 0;
+  ActuationResult result;
+  const absl::Span<const double> from = ramp_ ? previous_target : target;
+  for (int k = 1; k <= substeps_; ++k) {
+    const double share = static_cast<double>(k) / substeps_;
+    result.power += ApplyTorques(from, target, share, variation, data);
+    mj_step(variation.model, data);
+  }
+  result.power /= substeps_;
+  result.diverged = Diverged(variation.model, data);
+  return result;
 }
 
 }  // namespace sinew::world

@@ -12,6 +12,9 @@
 
 namespace sinew::world {
 
+// Physics steps in a control step; the recipe's rates divide (task_check.h).
+int Substeps(const v1::Physics& physics);
+
 // What one control step of physics did.
 struct ActuationResult {
   double power = 0;       // W: mean over substeps of sum_j |torque_j dq_j|
@@ -42,7 +45,13 @@ struct ActuationResult {
 //
 // so the limit falls with the speed in the direction of the torque, and braking
 // has all of tau_max. It has no state. Friction is explicit, kd implicit as
-// above; power is that of the motor.
+// above; power is that of the motor. Our departure: dq_s is at least
+//
+//   h mu_s / (I_j + h kd)
+//
+// with physics step h and I_j the joint's inertia as the model's reference pose
+// has it (1 / dof_invweight0), since on a light joint explicit friction that is
+// steeper would throw dq from one sign to the other, never to rest.
 //
 // Under conditions (randomisation.h) q_j + offset_j stands for q_j, and
 // gain_j (kp ..., kd ...) for the gains.
@@ -92,6 +101,7 @@ class Actuation {
   struct Joint {
     int qpos_address, dof_address;
     double stiffness, damping, limit;
+    double softness;  // rad/s per Nm in a physics step
   };
   struct Drive {
     double static_friction, activation_velocity, viscous_friction;
@@ -100,22 +110,15 @@ class Actuation {
     // The largest torque that it gives at this velocity in the torque's
     // direction, Nm.
     double Limit(double velocity) const;
+    // Against the velocity, Nm, of a joint of this softness.
+    double Friction(double velocity, double softness) const;
 
     bool operator==(const Drive&) const = default;
   };
-  template <typename Apply>
-  ActuationResult RunSteps(absl::Span<const double> previous_target,
-                           absl::Span<const double> target,
-                           const mjModel* model, mjData* data,
-                           Apply&& apply) const;
-  // As ApplyTorques, with the actuator model and a variation.
-  double ApplyModelledTorques(absl::Span<const double> from,
-                              absl::Span<const double> to, double share,
-                              const Variation& variation, mjData* data) const;
   // Sets qfrc_applied; returns the power, W.
   double ApplyTorques(absl::Span<const double> from,
                       absl::Span<const double> to, double share,
-                      mjData* data) const;
+                      const Variation& variation, mjData* data) const;
 
   const mjModel* model_;
   std::vector<Joint> joints_;

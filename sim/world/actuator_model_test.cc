@@ -102,6 +102,38 @@ TEST_F(ActuatorModelTest, LimitsWhatIsLessThanTheLimitByNothing) {
   EXPECT_NEAR(Torque(0), -20, 1e-9);
 }
 
+TEST_F(ActuatorModelTest, FrictionSteeperThanAPhysicsStepCanFollowEndsMotion) {
+  const auto actuation = Create(
+      "drives { static_friction: 5 activation_velocity: 0.01 "
+      "viscous_friction: 0 }",
+      1);
+  ASSERT_TRUE(actuation.ok()) << actuation.status();
+  double& velocity = data_->qvel[joint(0).dof_address];
+  velocity = 0.05;
+
+  // 5 Nm over one step alone would make it -0.2 or less.
+  for (int step = 0; step < 40; ++step) {
+    actuation->Run(rest_, rest_, data_.get());
+    EXPECT_LT(std::abs(velocity), 0.05) << step;
+  }
+
+  EXPECT_LT(std::abs(velocity), 2e-3);
+}
+
+TEST_F(ActuatorModelTest, FrictionOfALightJointIsWholeAtSpeed) {
+  const auto actuation = Create(
+      "drives { static_friction: 5 activation_velocity: 0.01 "
+      "viscous_friction: 0 }",
+      1);
+  ASSERT_TRUE(actuation.ok()) << actuation.status();
+  data_->qvel[joint(0).dof_address] = 5;
+
+  // The motor gives 60 at most; at rest target it brakes with 10 * 5.
+  actuation->Run(rest_, rest_, data_.get());
+
+  EXPECT_NEAR(Torque(0), -50 - 5, 1e-3);
+}
+
 TEST_F(ActuatorModelTest, DrivesAreThoseOfTheirJoints) {
   const auto actuation =
       Create("drives {} drives { joints: \"hip_fr\" max_torque: 4.8 }", 1);

@@ -16,8 +16,8 @@ void AddEntries(const std::string& prefix, const char* quantity,
   }
 }
 
-constexpr const char* kAxes[] = {"x", "y", "z"};
-constexpr const char* kSixD[] = {"00", "10", "20", "01", "11", "21"};
+constexpr auto& kAxes = ObservationWriter::kVectorNames;
+constexpr auto& kSixD = ObservationWriter::kRotationNames;
 
 }  // namespace
 

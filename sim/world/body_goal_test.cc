@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "common/random/philox.h"
+#include "absl/strings/str_cat.h"
 #include "sim/world/observation.h"
+#include "sim/world/testing/random_state.h"
 
 namespace sinew::world {
 namespace {
@@ -16,41 +17,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
+using testing::Moved;
 
 constexpr int kBodies = 3;
 
-// A state drawn at random.
-BodyState Draw(uint64_t seed) {
-  std::vector<float> noise(13 * kBodies);
-  FillNormal({.seed = seed}, absl::MakeSpan(noise));
-  const float* next = noise.data();
-  const auto vector = [&] {
-    next += 3;
-    return Vector3d(next[-3], next[-2], next[-1]);
-  };
-  BodyState state(kBodies, 0);
-  for (int b = 0; b < kBodies; ++b) {
-    state.position[b] = vector();
-    state.linear_velocity[b] = vector();
-    state.angular_velocity[b] = vector();
-    const Vector3d xyz = vector();
-    state.rotation[b] =
-        Quaterniond(*next++, xyz.x(), xyz.y(), xyz.z()).normalized();
-  }
-  return state;
-}
-
-// The whole world turned about the vertical, then moved.
-BodyState Moved(const BodyState& state, double yaw, const Vector3d& shift) {
-  const Quaterniond turn(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
-  BodyState moved = state;
-  for (int b = 0; b < kBodies; ++b) {
-    moved.position[b] = turn * state.position[b] + shift;
-    moved.rotation[b] = turn * state.rotation[b];
-    moved.linear_velocity[b] = turn * state.linear_velocity[b];
-    moved.angular_velocity[b] = turn * state.angular_velocity[b];
-  }
-  return moved;
+BodyState Draw(int seed) {
+  return testing::RandomState(seed, kBodies, /*joints=*/0);
 }
 
 std::vector<float> Keypoints(const BodyState& body, const BodyState& goal) {
@@ -194,9 +166,11 @@ TEST(BodyGoal, IsABlockOfTheObservationForEachFrameAhead) {
   bodies.bodies = {"root", "left", "right"};
   const std::vector<std::string> names = builder->Names(bodies);
   ASSERT_EQ(names.size(), found.size());
-  EXPECT_EQ(names[0], "keypoint+1/position_difference/root/x");
+  const std::string& first = bodies.bodies[0];
+  EXPECT_EQ(names[0],
+            absl::StrCat("keypoint+1/position_difference/", first, "/x"));
   EXPECT_EQ(names[27 + 9 + 5], "keypoint+4/linear_velocity_difference/left/z");
-  EXPECT_EQ(names[54 + 23], "body+1/rotation/root/21");
+  EXPECT_EQ(names[54 + 23], absl::StrCat("body+1/rotation/", first, "/21"));
   EXPECT_EQ(names.back(), "body+4/rotation/right/21");
 }
 

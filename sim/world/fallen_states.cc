@@ -32,10 +32,7 @@ class Dropper {
       : character_(character),
         model_(character.model()),
         data_(mj_makeData(model_)),
-        actuation_(character,
-                   static_cast<int>(std::lround(physics.physics_hz() /
-                                                physics.control_hz())),
-                   /*ramp=*/false),
+        actuation_(character, Substeps(physics), /*ramp=*/false),
         steps_(static_cast<int>(
             std::lround(FallenStates::kDropSeconds * physics.control_hz()))),
         noise_(character.joints().size()),

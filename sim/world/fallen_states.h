@@ -18,9 +18,8 @@ namespace sinew::world {
 //
 //   the default pose, turned at random, is dropped from just above the floor;
 //   for kDropSeconds (150 steps at 60 Hz) every joint follows random targets,
-//   new at each control step: the middle of its range plus a uniform action
-//   within
-//   +-0.5 times half its range;
+//   new at each control step: the middle of its range plus half the range
+//   times an action uniform within +-0.5;
 //   the position is kept, velocities are not.
 //
 // The asset "fallen": a safetensors file with one tensor "qpos" [N, nq] float64

@@ -123,13 +123,13 @@ absl::Status CheckRecipe(const Observation& recipe) {
 
 // "a/x", "a/y", "a/z".
 void AddAxes(const std::string& prefix, std::vector<std::string>& names) {
-  for (const char* axis : {"x", "y", "z"}) {
+  for (const char* axis : Writer::kVectorNames) {
     names.push_back(absl::StrCat(prefix, "/", axis));
   }
 }
 
 void AddSixD(const std::string& prefix, std::vector<std::string>& names) {
-  for (const char* entry : {"00", "10", "20", "01", "11", "21"}) {
+  for (const char* entry : Writer::kRotationNames) {
     names.push_back(absl::StrCat(prefix, "/", entry));
   }
 }

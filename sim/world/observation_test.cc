@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "common/testing/matchers.h"
+#include "sim/world/testing/random_state.h"
 
 namespace sinew::world {
 namespace {
@@ -18,6 +18,8 @@ using Eigen::Vector3d;
 using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::Moved;
+using testing::RandomState;
 using Observation = v1::Observation;
 
 constexpr int kBodies = 3;
@@ -26,45 +28,12 @@ constexpr int kFeet = 2;
 constexpr int kSelf = 13 + 2 * kJoints + 3 * (kBodies - 1);
 constexpr int kDifference = kSelf + 2;
 
-BodyState RandomState(int seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  const auto vector = [&] {
-    return Vector3d(normal(generator), normal(generator), normal(generator));
-  };
-  BodyState state(kBodies, kJoints);
-  for (int b = 0; b < kBodies; ++b) {
-    state.position[b] = vector();
-    state.rotation[b] = Quaterniond(normal(generator), normal(generator),
-                                    normal(generator), normal(generator))
-                            .normalized();
-    state.linear_velocity[b] = vector();
-    state.angular_velocity[b] = vector();
-  }
-  for (int j = 0; j < kJoints; ++j) {
-    state.joint_position[j] = normal(generator);
-    state.joint_velocity[j] = normal(generator);
-  }
-  return state;
-}
-
-// The state seen from a world that is turned about its z and moved.
-BodyState Moved(const BodyState& state, double yaw, const Vector3d& offset) {
-  const Quaterniond turn(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
-  BodyState moved = state;
-  for (int b = 0; b < kBodies; ++b) {
-    moved.position[b] = turn * state.position[b] + offset;
-    moved.rotation[b] = turn * state.rotation[b];
-    moved.linear_velocity[b] = turn * state.linear_velocity[b];
-    moved.angular_velocity[b] = turn * state.angular_velocity[b];
-  }
-  return moved;
-}
-
 // Everything at hand for one observation of random states.
 struct Scene {
-  explicit Scene(int frames) : body(RandomState(1)) {
-    for (int i = 0; i < frames; ++i) reference.push_back(RandomState(2 + i));
+  explicit Scene(int frames) : body(RandomState(1, kBodies, kJoints)) {
+    for (int i = 0; i < frames; ++i) {
+      reference.push_back(RandomState(2 + i, kBodies, kJoints));
+    }
     for (int i = 0; i < frames; ++i) contacts.push_back(labels);
   }
   std::vector<float> Observe(const ObservationBuilder& builder) const {

@@ -10,6 +10,11 @@ namespace sinew::world {
 // caller has made room.
 class ObservationWriter {
  public:
+  // Names of the columns that Vector and Rotation write.
+  static constexpr const char* kVectorNames[] = {"x", "y", "z"};
+  static constexpr const char* kRotationNames[] = {"00", "10", "20",
+                                                   "01", "11", "21"};
+
   explicit ObservationWriter(float* out) : out_(out) {}
 
   void Scalar(double value) { *out_++ = static_cast<float>(value); }

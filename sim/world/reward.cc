@@ -51,11 +51,11 @@ RewardValue ComputeReward(const v1::Reward& recipe, const BodyState& body,
       std::exp(-recipe.rotation_kernel() * rotation * per_body),
       std::exp(-recipe.linear_velocity_kernel() * linear * per_axis),
       std::exp(-recipe.angular_velocity_kernel() * angular * per_axis)};
-  value.total = recipe.position_weight() * value.terms[0] +
-                recipe.rotation_weight() * value.terms[1] +
-                recipe.linear_velocity_weight() * value.terms[2] +
-                recipe.angular_velocity_weight() * value.terms[3] -
-                recipe.power_cost() * power;
+  value.tracking = recipe.position_weight() * value.terms[0] +
+                   recipe.rotation_weight() * value.terms[1] +
+                   recipe.linear_velocity_weight() * value.terms[2] +
+                   recipe.angular_velocity_weight() * value.terms[3];
+  value.total = value.tracking - recipe.power_cost() * power;
   return value;
 }
 

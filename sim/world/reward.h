@@ -8,11 +8,12 @@
 
 namespace sinew::world {
 
-// Reward of one step: its kernels before weighting and the sum.
+// Reward of one step: its kernels before weighting, and sums.
 struct RewardValue {
   // Position, rotation, linear velocity, angular velocity; each in (0, 1].
   std::array<double, 4> terms = {0, 0, 0, 0};
-  double total = 0;
+  double tracking = 0;  // weighted sum of the terms
+  double total = 0;     // tracking less the cost of power
 };
 
 // The four-term tracking reward of PHC (Luo et al. 2023), on B tracked bodies

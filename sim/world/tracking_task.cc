@@ -20,11 +20,6 @@ std::vector<double> FreshRow(const mjModel* model) {
   return row;
 }
 
-int Substeps(const v1::Physics& physics) {
-  return static_cast<int>(
-      std::lround(physics.physics_hz() / physics.control_hz()));
-}
-
 void AddOffsets(const Conditions& conditions, absl::Span<double> position) {
   for (size_t j = 0; j < position.size(); ++j) {
     position[j] += conditions.joint_offset[j];
@@ -243,10 +238,9 @@ StepResult TrackingTask::Judge(double power, Episode* episode,
       ComputeReward(task.reward(), work->body, work->reference, power);
   if (recovery_.on()) {
     const double distance = GoalDistance(work->body, work->reference);
-    const double cost = task.reward().power_cost() * power;
-    reward.total = recovery_.Reward(reward.total + cost, episode->goal_distance,
-                                    distance) -
-                   cost;
+    reward.total +=
+        recovery_.Reward(reward.tracking, episode->goal_distance, distance) -
+        reward.tracking;
     episode->goal_distance = distance;
   }
   const BodyDistances distances =

@@ -64,8 +64,9 @@ inline StepResult DivergedStep() {
 // One episode:
 //
 //   Episode e = ...;  // clip and frame from a StartTable
-//   task.Begin(task.DrawStart(key), &noise_key, data, &e, previous_target,
-//   work); loop:
+//   BodyStart start = task.DrawStart(key);
+//   task.Begin(start, &noise_key, data, &e, previous_target, work);
+//   loop:
 //     task.Observe(data, e, previous_target, observation, work);
 //     task.Target(data, e, action, target, work);
 //     StepResult r = task.Step(data, target, &e, previous_target, work);

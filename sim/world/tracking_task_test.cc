@@ -10,6 +10,7 @@
 #include "common/random/philox.h"
 #include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
+#include "sim/world/testing/task_rig.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::world {
@@ -18,58 +19,7 @@ namespace {
 using ::sinew::testing::StatusIs;
 using ::testing::Each;
 using ::testing::HasSubstr;
-
-// A task of the toy world and what a rollout thread has.
-struct Rig {
-  explicit Rig(const v1::Recipe& recipe = testing::ToyRecipe())
-      : toy(testing::MakeToyWorld(recipe)) {
-    auto created =
-        TrackingTask::Create(toy.recipe, *toy.character, *toy.library);
-    EXPECT_TRUE(created.ok()) << created.status();
-    task = *std::move(created);
-    model = toy.character->model();
-    data.reset(mj_makeData(model));
-    work = task->MakeWorkspace();
-    previous.resize(task->action_width());
-    target.resize(task->action_width());
-    action.resize(task->action_width());
-    observation.resize(task->observation_width());
-  }
-
-  void Begin(int clip, int frame) {
-    episode = {.clip = clip, .start_frame = frame};
-    task->Reset(episode, nullptr, data.get(), absl::MakeSpan(previous),
-                work.get());
-  }
-  const std::vector<float>& Observe() {
-    task->Observe(data.get(), episode, previous, absl::MakeSpan(observation),
-                  work.get());
-    return observation;
-  }
-  StepResult Step() {
-    task->Target(data.get(), episode, action, absl::MakeSpan(target),
-                 work.get());
-    return task->Step(data.get(), target, &episode, absl::MakeSpan(previous),
-                      work.get());
-  }
-  std::vector<double> Row() const {
-    std::vector<double> row(task->state_size());
-    mj_getState(model, data.get(), row.data(), mjSTATE_INTEGRATION);
-    return row;
-  }
-  void SetRow(const std::vector<double>& row) {
-    mj_setState(model, data.get(), row.data(), mjSTATE_INTEGRATION);
-  }
-
-  testing::ToyWorld toy;
-  std::unique_ptr<TrackingTask> task;
-  const mjModel* model;
-  character::DataPtr data;
-  std::unique_ptr<TrackingTask::Workspace> work;
-  Episode episode;
-  std::vector<double> previous, target;
-  std::vector<float> action, observation;
-};
+using testing::TaskRig;
 
 // Overwrites everything that a step could find and that no state row holds.
 void Scribble(const mjModel* model, mjData* data) {
@@ -84,7 +34,7 @@ void Scribble(const mjModel* model, mjData* data) {
 }
 
 TEST(TrackingTask, KinematicPlaybackHasFullRewardAndNoErrorOnEveryFrame) {
-  Rig rig;
+  TaskRig rig;
   const motion::Library& library = *rig.toy.library;
   motion::ReferenceFrame frame(library);
   for (int clip = 0; clip < library.num_clips(); ++clip) {
@@ -107,7 +57,7 @@ TEST(TrackingTask, KinematicPlaybackHasFullRewardAndNoErrorOnEveryFrame) {
 }
 
 TEST(TrackingTask, TheNextFrameIsWhatObservationShowsAndRewardCompares) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(0, 5);
   motion::ReferenceFrame frame(*rig.toy.library);
   frame.Load(0, 6);
@@ -130,7 +80,7 @@ TEST(TrackingTask, TheNextFrameIsWhatObservationShowsAndRewardCompares) {
 }
 
 TEST(TrackingTask, ZeroActionTargetsTheNextReference) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(0, 23);  // the next frame is the first of the next period
   rig.task->Target(rig.data.get(), rig.episode, rig.action,
                    absl::MakeSpan(rig.target), rig.work.get());
@@ -142,7 +92,7 @@ TEST(TrackingTask, ZeroActionTargetsTheNextReference) {
 }
 
 TEST(TrackingTask, AStandingToySurvivesItsClipAndIsTruncated) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(1, 0);
 
   StepResult result;
@@ -159,7 +109,7 @@ TEST(TrackingTask, AStandingToySurvivesItsClipAndIsTruncated) {
 }
 
 TEST(TrackingTask, AnImpossibleMotionTerminates) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(2, 0);
 
   int steps = 0;
@@ -174,7 +124,7 @@ TEST(TrackingTask, AnImpossibleMotionTerminates) {
 TEST(TrackingTask, TheTimeLimitTruncates) {
   v1::Recipe recipe = testing::ToyRecipe();
   recipe.mutable_task()->set_max_episode_steps(3);
-  Rig rig(recipe);
+  TaskRig rig(recipe);
   rig.Begin(1, 0);
 
   EXPECT_FALSE(rig.Step().truncated);
@@ -186,7 +136,7 @@ TEST(TrackingTask, TheTimeLimitTruncates) {
 }
 
 TEST(TrackingTask, GivesTheSameBytesWhateverLayInTheData) {
-  Rig clean, scribbled;
+  TaskRig clean, scribbled;
   clean.Begin(0, 3);
   scribbled.Begin(0, 3);
   for (int i = 0; i < 12; ++i) {
@@ -215,7 +165,7 @@ TEST(TrackingTask, RecordedTargetsReplayWithoutAReference) {
     recipe.mutable_task()->mutable_action()->set_ramp(ramp);
     recipe.mutable_task()->mutable_action()->set_velocity_feedforward(true);
     recipe.mutable_task()->mutable_action()->set_torque_feedforward(true);
-    Rig rig(recipe);
+    TaskRig rig(recipe);
     rig.Begin(0, 10);
     const std::vector<double> start = rig.Row();
     const std::vector<double> first_previous = rig.previous;
@@ -243,7 +193,7 @@ TEST(TrackingTask, RecordedTargetsReplayWithoutAReference) {
 }
 
 TEST(TrackingTask, ResetForgetsEverything) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(0, 3);
   const std::vector<double> row = rig.Row();
   for (int i = 0; i < 3; ++i) rig.Step();
@@ -257,7 +207,7 @@ TEST(TrackingTask, StartNoiseIsKeyedAndMovesJointsOnly) {
   v1::Recipe recipe = testing::ToyRecipe();
   recipe.mutable_task()->mutable_start()->set_joint_position_noise(0.1);
   recipe.mutable_task()->mutable_start()->set_joint_velocity_noise(0.2);
-  Rig rig(recipe);
+  TaskRig rig(recipe);
   rig.Begin(0, 3);
   const std::vector<double> exact = rig.Row();
   const auto noisy = [&](uint64_t episode) {
@@ -285,7 +235,7 @@ TEST(TrackingTask, SelfContactSeesSolesOnTheFloor) {
   observation->clear_blocks();
   observation->add_blocks(v1::Observation::BLOCK_SELF_CONTACT);
   observation->add_blocks(v1::Observation::BLOCK_REFERENCE_CONTACT);
-  Rig rig(recipe);
+  TaskRig rig(recipe);
 
   rig.Begin(1, 0);  // standing
   rig.Step();
@@ -302,7 +252,7 @@ TEST(TrackingTask, StepsDoNotAllocate) {
     blocks->add_blocks(static_cast<v1::Observation::Block>(block));
   }
   recipe.mutable_task()->mutable_start()->set_joint_position_noise(0.1);
-  Rig rig(recipe);
+  TaskRig rig(recipe);
   const RandomKey key;
   const int64_t before = sinew::testing::AllocationCount();
 
@@ -320,7 +270,7 @@ TEST(TrackingTask, StepsDoNotAllocate) {
 }
 
 TEST(TrackingTask, ADivergedStepIsAFailureWithoutNumbers) {
-  Rig rig;
+  TaskRig rig;
   rig.Begin(0, 0);
   rig.data->qvel[2] = 1e6;
 
@@ -335,7 +285,7 @@ TEST(TrackingTask, ADivergedStepIsAFailureWithoutNumbers) {
 }
 
 TEST(TrackingTask, NamesItsObservation) {
-  Rig rig;
+  TaskRig rig;
 
   const std::vector<std::string> names = rig.task->ObservationNames();
 

@@ -3,32 +3,25 @@
 #include <memory>
 #include <utility>
 
-#include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
-#include "common/status_macros.h"
 #include "sim/character/character_files.h"
 #include "sim/world/observation.h"
 
 namespace sinew::bundle::testing {
 namespace {
 
-template <typename T>
-T ValueOrDie(absl::StatusOr<T> value) {
-  SINEW_CHECK(value.ok()) << value.status().ToString();
-  return *std::move(value);
-}
-
 int64_t ObservationWidth(const v1::Recipe& recipe,
                          const character::Character& character) {
-  return ValueOrDie(world::ObservationBuilder::Create(
-                        recipe.task().observation(),
-                        static_cast<int>(character.tracked().size()),
-                        static_cast<int>(character.joints().size()),
-                        static_cast<int>(character.foot_bodies().size())))
+  return world::ObservationBuilder::Create(
+             recipe.task().observation(),
+             static_cast<int>(character.tracked().size()),
+             static_cast<int>(character.joints().size()),
+             static_cast<int>(character.foot_bodies().size()))
+      .value()
       .width();
 }
 
@@ -42,7 +35,7 @@ BundleContent Content(ContentInputs inputs, double gain) {
   inputs.samples = 6144;
   inputs.train_seconds = 1.5;
   inputs.build = "none";
-  return ValueOrDie(MakeContent(inputs));
+  return MakeContent(inputs).value();
 }
 
 }  // namespace
@@ -54,11 +47,11 @@ v1::Snapshot RandomSnapshot(const v1::Recipe& recipe, int64_t observation_width,
   options.action_width = action_width;
   options.network = recipe.network();
   options.network.set_last_layer_gain(gain);
-  const v1::PolicyGraph both = ValueOrDie(BuildTrackingPolicy(options));
+  const v1::PolicyGraph both = BuildTrackingPolicy(options).value();
   v1::Snapshot snapshot;
   snapshot.mutable_graph()->set_format_version(both.format_version());
   *snapshot.mutable_graph()->add_graphs() = both.graphs(0);
-  TensorMap weights = ValueOrDie(policy::InitialWeights(options, /*seed=*/3));
+  TensorMap weights = policy::InitialWeights(options, /*seed=*/3).value();
   for (const v1::Parameter& parameter : both.parameters()) {
     if (parameter.name().starts_with("critic/")) {
       weights.erase(parameter.name());
@@ -74,8 +67,9 @@ BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
   ContentInputs inputs;
   inputs.recipe = toy.recipe;
   inputs.character = toy.character.get();
-  inputs.character_files = ValueOrDie(
-      character::CharacterFiles(JoinPath(toy.folder, "character.textproto")));
+  inputs.character_files =
+      character::CharacterFiles(JoinPath(toy.folder, "character.textproto"))
+          .value();
   inputs.library = toy.library->manifest();
   inputs.library_sha256 = toy.library->digest();
   return Content(std::move(inputs), gain);
@@ -84,11 +78,11 @@ BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
 BundleContent CharacterContent(const std::string& name,
                                const v1::Recipe& recipe) {
   const std::unique_ptr<character::Character> character =
-      ValueOrDie(character::Character::Load(name, recipe.physics()));
+      character::Character::Load(name, recipe.physics()).value();
   ContentInputs inputs;
   inputs.recipe = recipe;
   inputs.character = character.get();
-  inputs.character_files = ValueOrDie(character::CharacterFiles(name));
+  inputs.character_files = character::CharacterFiles(name).value();
   return Content(std::move(inputs), /*gain=*/0.3);
 }
 

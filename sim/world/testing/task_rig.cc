@@ -1,29 +1,21 @@
 #include "sim/world/testing/task_rig.h"
 
-#include <utility>
-
-#include "common/check.h"
-
 namespace sinew::world::testing {
-namespace {
 
-template <typename T>
-T ValueOrDie(absl::StatusOr<T> value) {
-  SINEW_CHECK(value.ok()) << value.status().ToString();
-  return *std::move(value);
+std::unique_ptr<const FallenStates> MakeFallenStates(const ToyWorld& toy) {
+  const v1::Recovery& recovery = toy.recipe.task().recovery();
+  if (!(recovery.fallen_share() > 0)) return nullptr;
+  return std::make_unique<const FallenStates>(
+      FallenStates::Make(*toy.character, toy.recipe, recovery.fallen_states(),
+                         recovery.fallen_seed())
+          .value());
 }
 
-}  // namespace
-
-TaskRig::TaskRig(const v1::Recipe& recipe) : toy(MakeToyWorld(recipe)) {
-  const v1::Recovery& recovery = toy.recipe.task().recovery();
-  if (recovery.fallen_share() > 0) {
-    fallen = std::make_unique<const FallenStates>(ValueOrDie(
-        FallenStates::Make(*toy.character, toy.recipe, recovery.fallen_states(),
-                           recovery.fallen_seed())));
-  }
-  task = ValueOrDie(TrackingTask::Create(toy.recipe, *toy.character,
-                                         *toy.library, fallen.get()));
+TaskRig::TaskRig(const v1::Recipe& recipe)
+    : toy(MakeToyWorld(recipe)), fallen(MakeFallenStates(toy)) {
+  task = TrackingTask::Create(toy.recipe, *toy.character, *toy.library,
+                              fallen.get())
+             .value();
   model = toy.character->model();
   data.reset(mj_makeData(model));
   work = task->MakeWorkspace();

@@ -12,6 +12,10 @@
 
 namespace sinew::world::testing {
 
+// As the toy's recipe asks for; null if it asks for none. Aborts with a message
+// on any error.
+std::unique_ptr<const FallenStates> MakeFallenStates(const ToyWorld& toy);
+
 // A task of the toy world with what a rollout thread has, and fallen states if
 // the recipe asks for them. Members abort with a message on any error.
 struct TaskRig {

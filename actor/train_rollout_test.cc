@@ -1,4 +1,4 @@
-#include "actor/rollout.h"
+// Training orders.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,12 +8,12 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "actor/rollout.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/digest.h"
 #include "common/segment/segment_layout.h"
@@ -27,7 +27,6 @@ namespace {
 using ::sinew::testing::StatusIs;
 using testing::Bytes;
 using testing::Column;
-using ::testing::Each;
 using ::testing::HasSubstr;
 using testing::RolloutRig;
 
@@ -85,14 +84,6 @@ TEST(TrainRollout, GivesTheSameBytesAfterItsDataWasScribbledOver) {
   EXPECT_EQ(Bytes(rig.Run(order)), clean);
 }
 
-// Rows [from, from + count) of a step column.
-std::string Rows(const v1::Segment& segment, absl::string_view name, int from,
-                 int count) {
-  const v1::Tensor* column = FindColumn(segment, name);
-  const size_t row = column->data().size() / column->shape(0);
-  return column->data().substr(from * row, count * row);
-}
-
 TEST(TrainRollout, CutInTwoHalvesIsTheSameRollout) {
   RolloutRig rig;
   const v1::Segment whole = rig.Run(rig.TrainOrder(3, 60));
@@ -104,23 +95,7 @@ TEST(TrainRollout, CutInTwoHalvesIsTheSameRollout) {
   const v1::Segment second = rig.Run(half);
 
   ASSERT_GT(whole.episodes_size(), 3);
-  for (const auto& column : rig.assets->layout().columns()) {
-    if (column.lead() != v1::SegmentLayout::LEAD_STEP) continue;
-    EXPECT_EQ(Rows(whole, column.name(), 0, 30),
-              FindColumn(first, column.name())->data())
-        << column.name();
-    EXPECT_EQ(Rows(whole, column.name(), 30, 30),
-              FindColumn(second, column.name())->data())
-        << column.name();
-  }
-  for (int e = 0; e < 3; ++e) {
-    EXPECT_EQ(SerializeDeterministically(whole.end_states(e)),
-              SerializeDeterministically(second.end_states(e)));
-  }
-  EXPECT_EQ(whole.episodes_size(),
-            first.episodes_size() + second.episodes_size());
-  EXPECT_EQ(Column<float>(whole, "boundary_observation"),
-            Column<float>(second, "boundary_observation"));
+  rig.ExpectTogether(whole, first, second);
 }
 
 TEST(TrainRollout, GroupingOfEnvironmentsChangesNothing) {
@@ -284,77 +259,6 @@ TEST(TrainRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   EXPECT_EQ(count(4), count(12));
 }
 
-TEST(Evaluation, SurvivesWhatCanBeDoneAndFailsWhatCannot) {
-  RolloutRig rig;
-  rig.UseZeroAction();
-
-  const v1::Segment segment =
-      rig.Run(rig.EvaluationOrder({{1, 0, 19}, {2, 0, 15}, {1, 5, 14}}));
-
-  ASSERT_EQ(segment.results_size(), 3);
-  EXPECT_EQ(segment.columns_size(), 0);
-  const v1::EvaluationResult& standing = segment.results(0);
-  EXPECT_TRUE(standing.success());
-  EXPECT_EQ(standing.frames(), 19);
-  EXPECT_EQ(standing.failed_at_frame(), -1);
-  EXPECT_EQ(standing.velocity_frames(), 18);
-  EXPECT_EQ(standing.acceleration_frames(), 17);
-  EXPECT_LT(standing.sum_g_mpjpe_mm() / 19, 50);
-  EXPECT_EQ(standing.sum_body_mm_size(), 5);
-  const v1::EvaluationResult& tumble = segment.results(1);
-  EXPECT_FALSE(tumble.success());
-  EXPECT_EQ(tumble.frames(), tumble.failed_at_frame());
-  EXPECT_LT(tumble.frames(), 15);
-  EXPECT_GT(tumble.sum_g_mpjpe_mm(), 500);
-  EXPECT_EQ(segment.results(2).start_frame(), 5);
-}
-
-TEST(Evaluation, BodySumsAddUpToTheMean) {
-  RolloutRig rig;
-  const v1::Segment segment = rig.Run(rig.EvaluationOrder({{0, 3, 30}}));
-
-  double sum = 0;
-  for (double body : segment.results(0).sum_body_mm()) sum += body;
-  EXPECT_NEAR(sum / 5, segment.results(0).sum_g_mpjpe_mm(), 1e-9);
-}
-
-TEST(Evaluation, StartsAreIndependentOfEachOther) {
-  RolloutRig rig;
-  const std::vector<testing::Start> starts = {
-      {0, 3, 30}, {2, 0, 15}, {0, 9, 8}};
-  const v1::Segment together = rig.Run(rig.EvaluationOrder(starts));
-
-  for (size_t i = 0; i < starts.size(); ++i) {
-    const v1::Segment alone = rig.Run(rig.EvaluationOrder({starts[i]}));
-    EXPECT_EQ(SerializeDeterministically(alone.results(0)),
-              SerializeDeterministically(together.results(i)));
-  }
-}
-
-TEST(Evaluation, DoesNotDependOnTheSeed) {
-  RolloutRig rig;
-  v1::Order order = rig.EvaluationOrder({{0, 3, 30}});
-  const std::string first = Bytes(rig.Run(order));
-  order.set_seed(order.seed() + 1);
-
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
-}
-
-TEST(Evaluation, ShowsEveryFrameToItsObserver) {
-  RolloutRig rig;
-  rig.UseZeroAction();
-  std::vector<int> frames;
-  rig.worker->SetFrameObserver([&](int start, int frame, const mjData& data) {
-    EXPECT_EQ(start, 0);
-    EXPECT_GT(data.xpos[5], 0.3);  // the trunk's height
-    frames.push_back(frame);
-  });
-
-  rig.Run(rig.EvaluationOrder({{1, 0, 4}}));
-
-  EXPECT_THAT(frames, ::testing::ElementsAre(1, 2, 3, 4));
-}
-
 TEST(RolloutWorker, StopsWhenCancelled) {
   RolloutRig rig;
   const std::atomic<bool> cancel = true;
@@ -362,74 +266,6 @@ TEST(RolloutWorker, StopsWhenCancelled) {
   EXPECT_THAT(
       rig.worker->Run(rig.TrainOrder(1, 5), *rig.snapshot, &cancel),
       StatusIs(absl::StatusCode::kCancelled, HasSubstr("was cancelled")));
-}
-
-class RefusalTest : public ::testing::Test {
- protected:
-  void ExpectRefused(const v1::Order& order, const char* message) {
-    EXPECT_THAT(
-        rig_.worker->Run(order, *rig_.snapshot),
-        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(message)));
-  }
-  RolloutRig rig_;
-};
-
-TEST_F(RefusalTest, OfOrdersForOtherSnapshotsLayoutsAndKinds) {
-  v1::Order order = rig_.TrainOrder(1, 5);
-  order.set_layout_sha256("abc");
-  ExpectRefused(order, "order 7 field layout_sha256: expected ");
-  order = rig_.TrainOrder(1, 5);
-  order.set_snapshot_version(4);
-  ExpectRefused(order, "field snapshot_version: expected 0, found 4");
-  order = rig_.TrainOrder(1, 5);
-  order.set_snapshot_sha256("");
-  ExpectRefused(order, "field snapshot_sha256: expected ");
-  order.set_snapshot_sha256(rig_.snapshot->sha256());
-  order.set_kind(v1::Order::KIND_UNSPECIFIED);
-  ExpectRefused(order, "field kind: expected KIND_TRAIN or KIND_EVALUATE");
-}
-
-TEST_F(RefusalTest, OfSizesOutOfRange) {
-  v1::Order order = rig_.TrainOrder(1, 0);
-  ExpectRefused(order, "field horizon: expected >= 1, found 0");
-  order = rig_.TrainOrder(5, 1);
-  ExpectRefused(order, "field states: expected 1 to 4 environments, found 5");
-  order = rig_.EvaluationOrder({});
-  ExpectRefused(order, "field starts: expected 1 to 4, found 0");
-}
-
-TEST_F(RefusalTest, OfStatesThatDoNotFit) {
-  v1::Order good = rig_.TrainOrder(1, 1);
-  *good.mutable_states(0) = rig_.StandingState();
-  v1::Order order = good;
-  order.mutable_states(0)->mutable_physics()->RemoveLast();
-  ExpectRefused(order, "order.states[0].physics: expected ");
-  order = good;
-  order.mutable_states(0)->set_physics(
-      3, std::numeric_limits<double>::quiet_NaN());
-  ExpectRefused(order, "order.states[0].physics[3]: expected a finite number");
-  order = good;
-  order.mutable_states(0)->clear_previous_target();
-  ExpectRefused(order, "previous_target: expected 4 numbers, found 0");
-  order = good;
-  order.mutable_states(0)->set_clip(3);
-  ExpectRefused(order, "order.states[0].clip: expected 0 to 2, found 3");
-  order = good;
-  order.mutable_states(0)->set_step(18);
-  order.mutable_states(0)->set_start_frame(1);
-  ExpectRefused(order, "order.states[0].step: expected 0 to 17, found 18");
-  order = good;
-  order.mutable_states(0)->set_episode(-1);
-  ExpectRefused(order, "order.states[0].episode: expected >= 0, found -1");
-}
-
-TEST_F(RefusalTest, OfStartsOutsideTheirClip) {
-  ExpectRefused(rig_.EvaluationOrder({{3, 0, 5}}),
-                "starts[0].clip: expected 0 to 2, found 3");
-  ExpectRefused(rig_.EvaluationOrder({{1, 19, 1}}),
-                "starts[0].start_frame: expected 0 to 18, found 19");
-  ExpectRefused(rig_.EvaluationOrder({{0, 0, 5}, {1, 10, 10}}),
-                "starts[1].steps: expected 1 to 9, found 10");
 }
 
 }  // namespace
