@@ -1,28 +1,20 @@
 // An actor against a learner's services on a socket, without physics.
 #include "actor/service/actor.h"
 
-#include <future>
-#include <memory>
 #include <string>
-#include <thread>
-#include <utility>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/time.h"
 #include "actor/service/actor_metrics.h"
+#include "actor/service/testing/actor_fixture.h"
 #include "actor/service/testing/fake_engine.h"
-#include "actor/service/testing/fake_learner.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/metrics/registry.h"
 #include "common/metrics/testing/lint.h"
-#include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "replay/testing/segments.h"
 #include "replay/testing/test_replay.h"
 
 namespace sinew::actor {
@@ -36,89 +28,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::UnorderedElementsAre;
 
-// A learner whose orders are those of replay/testing/segments.h.
-class Learner : public FakeLearner {
- public:
-  explicit Learner(const std::string& address,
-                   int64_t replay_bytes = int64_t{1} << 30)
-      : FakeLearner(address, {{"model", "the model"}}, replay_bytes) {
-    for (int i = 0; i < 8; ++i) Publish(absl::StrCat("snapshot ", i));
-  }
-
-  v1::Order MakeOrder(int64_t id, int64_t iteration = 0) {
-    const v1::OpenRequest::Expected expected =
-        replay::MakeExpected(id, iteration);
-    v1::Order order;
-    order.set_run_id(replay::kRun);
-    order.set_order_id(id);
-    order.set_kind(v1::Order::KIND_TRAIN);
-    order.set_iteration(iteration);
-    order.set_snapshot_version(expected.snapshot_version());
-    order.set_snapshot_sha256(expected.snapshot_sha256());
-    order.set_assets_sha256(assets_sha256());
-    order.set_layout_sha256(expected.layout_sha256());
-    order.set_horizon(replay::kSteps);
-    for (int i = 0; i < replay::kEnvironments; ++i) order.add_states();
-    return order;
-  }
-
-  // Opens an order at replay and gives it out.
-  void Add(int64_t id, int64_t iteration = 0) {
-    EXPECT_THAT(replay().Open(replay::MakeOpen({id}, iteration)), IsOk());
-    dispatcher().Add(MakeOrder(id, iteration));
-  }
-
-  absl::Status Take(const std::vector<int64_t>& ids) {
-    return replay().Take(ids).status();
-  }
-};
-
-class ActorTest : public ::testing::Test {
- protected:
-  ~ActorTest() override {
-    engine_.Release();
-    if (running_.valid()) {
-      stop_.request_stop();
-      running_.wait();
-    }
-  }
-
-  Actor::Options Options(const std::string& address) {
-    Actor::Options options;
-    options.dispatcher_address = address;
-    options.cache_folder = folder_.path() + "/cache";
-    options.threads = 2;
-    options.name = "actor 1";
-    options.build = "build";
-    options.drain_timeout = absl::Seconds(30);
-    options.backoff = {.initial = absl::Milliseconds(1),
-                       .longest = absl::Milliseconds(20)};
-    return options;
-  }
-
-  void Start(const Actor::Options& options) {
-    auto actor = Actor::Create(options, engine_, metrics_);
-    ASSERT_THAT(actor, IsOk());
-    actor_ = *std::move(actor);
-    running_ = std::async(std::launch::async,
-                          [this] { return actor_->Run(stop_.get_token()); });
-  }
-  void Start(const Learner& learner) { Start(Options(learner.address())); }
-
-  absl::Status End() { return running_.get(); }
-  absl::Status StopAndEnd() {
-    stop_.request_stop();
-    return End();
-  }
-
-  const rpc::SocketFolder folder_;
-  metrics::Registry registry_{{.role = "actor", .build = "build"}};
-  ActorMetrics metrics_{registry_};
-  FakeEngine engine_;
-  StopSource stop_;
-  std::unique_ptr<Actor> actor_;
-  std::future<absl::Status> running_;
-};
+class ActorTest : public ActorFixture {};
 
 TEST_F(ActorTest, WorksOverTcpFromAnEmptyFolder) {
   Learner learner("127.0.0.1:0");
@@ -171,162 +81,6 @@ TEST_F(ActorTest, FetchesEachSnapshotOnce) {
 
   EXPECT_THAT(learner.Take({1, 2, 3, 4}), IsOk());
   EXPECT_EQ(engine_.snapshots_loaded(), 2);
-}
-
-TEST_F(ActorTest, FinishesWhatRunsAndGivesBackTheRestWhenStopped) {
-  Learner learner(folder_.Address("l"));
-  engine_.Hold();
-  Start(learner);
-  for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
-  engine_.WaitUntilHeld(2);
-  learner.dispatcher().WaitForWanted(0);
-
-  stop_.request_stop();
-  learner.dispatcher().WaitForReturned(2);
-  engine_.Release();
-
-  EXPECT_THAT(End(), IsOk());
-  EXPECT_THAT(learner.dispatcher().returned(), UnorderedElementsAre(3, 4));
-  EXPECT_THAT(learner.dispatcher().done(), UnorderedElementsAre(1, 2));
-}
-
-TEST_F(ActorTest, GivesBackWhatItCannotFinishInTime) {
-  Learner learner(folder_.Address("l"));
-  engine_.Hold();
-  Actor::Options options = Options(learner.address());
-  options.drain_timeout = absl::Milliseconds(10);
-  Start(options);
-  for (int64_t id : {1, 2}) learner.Add(id);
-  engine_.WaitUntilHeld(2);
-
-  EXPECT_THAT(StopAndEnd(), IsOk());
-
-  learner.dispatcher().WaitForReturned(2);
-  EXPECT_THAT(learner.dispatcher().returned(), UnorderedElementsAre(1, 2));
-}
-
-TEST_F(ActorTest, GivesBackSegmentsThatReplayDoesNotTakeInTime) {
-  // Room for one segment, which is taken by another writer.
-  Learner learner(folder_.Address("l"), replay::TestReplay::SegmentBytes());
-  const auto other = learner.replay().OccupyRoom(9);
-  Actor::Options options = Options(learner.address());
-  options.drain_timeout = absl::Milliseconds(10);
-  Start(options);
-  learner.Add(1, /*iteration=*/1);
-  learner.dispatcher().WaitForGiven(1);
-  learner.dispatcher().WaitForWanted(4);
-
-  EXPECT_THAT(StopAndEnd(), IsOk());
-
-  learner.dispatcher().WaitForReturned(1);
-  EXPECT_THAT(learner.dispatcher().returned(), ElementsAre(1));
-}
-
-TEST_F(ActorTest, FinishesEverythingWhenTheLearnerDrains) {
-  Learner learner(folder_.Address("l"));
-  engine_.Hold();
-  Start(learner);
-  for (int64_t id : {1, 2, 3, 4}) learner.Add(id);
-  learner.dispatcher().WaitForGiven(4);
-
-  learner.dispatcher().Drain();
-  engine_.Release();
-
-  EXPECT_THAT(End(), IsOk());
-  EXPECT_THAT(learner.dispatcher().done(), UnorderedElementsAre(1, 2, 3, 4));
-  EXPECT_THAT(learner.dispatcher().returned(), SizeIs(0));
-}
-
-TEST_F(ActorTest, ComesBackToALearnerThatWasRestarted) {
-  auto first = std::make_unique<Learner>(folder_.Address("l"));
-  Start(*first);
-  first->Add(1);
-  EXPECT_THAT(first->Take({1}), IsOk());
-
-  first.reset();
-  Learner second(folder_.Address("l"));
-  second.Add(2);
-
-  EXPECT_THAT(second.Take({2}), IsOk());
-  second.dispatcher().WaitForDone(1);
-  EXPECT_GT(metrics_.reconnects.Value(), 0);
-}
-
-TEST_F(ActorTest, WaitsForALearnerThatIsNotUpYet) {
-  Start(Options(folder_.Address("l")));
-
-  Learner learner(folder_.Address("l"));
-  learner.Add(1);
-
-  EXPECT_THAT(learner.Take({1}), IsOk());
-}
-
-TEST_F(ActorTest, EndsWithAnErrorThatNamesTheLearnerThatStaysAway) {
-  auto learner = std::make_unique<Learner>(folder_.Address("l"));
-  Actor::Options options = Options(learner->address());
-  options.reconnect_timeout = absl::Milliseconds(50);
-  Start(options);
-  learner->Add(1);
-  EXPECT_THAT(learner->Take({1}), IsOk());
-
-  learner.reset();
-
-  EXPECT_THAT(
-      End(),
-      StatusIs(absl::StatusCode::kUnavailable,
-               HasSubstr(absl::StrCat("no learner at ", folder_.Address("l"),
-                                      " for 50ms; last error: "))));
-}
-
-TEST_F(ActorTest, AsksForAsManyOrdersAsBeforeAfterALostStream) {
-  auto first = std::make_unique<Learner>(folder_.Address("l"));
-  engine_.Hold();
-  Start(*first);
-  for (int64_t id : {1, 2, 3}) first->Add(id);
-  engine_.WaitUntilHeld(2);
-  first->dispatcher().WaitForWanted(1);
-
-  first.reset();
-  Learner second(folder_.Address("l"));
-  // Two of four places are taken by orders 1 and 2, which still run.
-  second.dispatcher().WaitForWanted(2);
-  engine_.Release();
-
-  second.dispatcher().WaitForWanted(4);
-  second.dispatcher().WaitForDone(2);
-}
-
-TEST_F(ActorTest, EndsAtOnceWhenStoppedWhileTheLearnerIsAway) {
-  auto learner = std::make_unique<Learner>(folder_.Address("l"));
-  engine_.Hold();
-  Actor::Options options = Options(learner->address());
-  options.drain_timeout = absl::Hours(1);
-  Start(options);
-  for (int64_t id : {1, 2}) learner->Add(id);
-  engine_.WaitUntilHeld(2);
-  learner.reset();
-  Learner other(folder_.Address("l"));
-  other.dispatcher().Refuse(absl::UnavailableError("not yet"));
-  other.dispatcher().WaitForRegistered(1);
-
-  // Though orders 1 and 2 still run.
-  EXPECT_THAT(StopAndEnd(), IsOk());
-}
-
-TEST_F(ActorTest, EndsWhenItIsRefused) {
-  Learner learner(folder_.Address("l"));
-  learner.dispatcher().Refuse(
-      absl::FailedPreconditionError("build: expected a, found build"));
-  Start(learner);
-
-  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kFailedPrecondition,
-                              HasSubstr("build: expected a, found build")));
-}
-
-TEST_F(ActorTest, StopsWhileNobodyAnswers) {
-  Start(Options(folder_.Address("nobody")));
-
-  EXPECT_THAT(StopAndEnd(), IsOk());
 }
 
 TEST_F(ActorTest, GivesBackAnOrderThatCannotWorkAndEndsWithTheError) {

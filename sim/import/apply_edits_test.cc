@@ -6,17 +6,14 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
-#include <utility>
 #include <vector>
 
 #include "common/testing/matchers.h"
-#include "sim/character/character.h"
 #include "sim/import/edit.h"
 #include "sim/import/retarget/dynamics.h"
-#include "sim/import/retarget/import_model.h"
 #include "sim/import/retarget/quality.h"
 #include "sim/import/retarget/retarget.h"
+#include "sim/import/testing/humanoid_fixture.h"
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
@@ -31,16 +28,8 @@ constexpr double kRate = 30;
 // Where the source's only joint is, seen from the root.
 const Vector3d kAhead(0.3, 0.1, 0.2);
 
-class ApplyEditsTest : public ::testing::Test {
+class ApplyEditsTest : public testing::HumanoidFixture {
  protected:
-  ApplyEditsTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
-  }
-
   // A second in the rest pose, at a place and a heading that change.
   Retargeted Played() {
     Retargeted played;
@@ -69,10 +58,6 @@ class ApplyEditsTest : public ::testing::Test {
   absl::Status Apply(const EditOptions& options, Retargeted* played) {
     return ApplyEdits(MotionMirror(), options, dynamics_.get(), played);
   }
-
-  std::unique_ptr<const character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
 };
 
 TEST_F(ApplyEditsTest, TheSourceIsTrimmedAndMovedWithTheMotion) {

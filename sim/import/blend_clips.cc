@@ -81,11 +81,7 @@ void JoinFiguresOfSource(const Retargeted& first, const Retargeted& second,
 }  // namespace
 
 absl::Status CheckBlendOptions(const BlendOptions& options) {
-  if (!(options.gap_s > 0 && options.gap_s <= kMostBlendGap)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("blend: expected a gap of more than 0 and at most ",
-                     kMostBlendGap, " s, found ", options.gap_s));
-  }
+  SINEW_RETURN_IF_ERROR(CheckBlendGap(options.gap_s));
   SINEW_RETURN_IF_ERROR(CheckKept("first", options.first));
   return CheckKept("second", options.second);
 }

@@ -18,8 +18,8 @@ struct KeptSeconds {
 
 // How one clip leads over to another.
 struct BlendOptions {
-  // Seconds from the last frame of the first to the first of the second, > 0
-  // and at most kMostBlendGap (edit.h); rounded to whole frames, at least one.
+  // Seconds from the last frame of the first to the first of the second; range
+  // and rounding: CheckBlendGap and BlendSteps (edit.h).
   double gap_s = 0.5;
   // What of each is used.
   KeptSeconds first = {}, second = {};

@@ -5,17 +5,15 @@
 #include <mujoco/mujoco.h>
 
 #include <limits>
-#include <memory>
 #include <utility>
 #include <variant>
 
 #include "common/testing/matchers.h"
-#include "sim/character/character.h"
 #include "sim/import/read_clip.h"
 #include "sim/import/retarget/dynamics.h"
-#include "sim/import/retarget/import_model.h"
 #include "sim/import/retarget/model_motion.h"
 #include "sim/import/retarget/retarget.h"
+#include "sim/import/testing/humanoid_fixture.h"
 #include "sim/import/testing/made_clips.h"
 #include "sim/motion/rotation.h"
 
@@ -41,16 +39,8 @@ Quaterniond Root(const VectorXd& qpos) {
   return motion::FromWxyz(qpos.data() + 3).normalized();
 }
 
-class BlendClipsTest : public ::testing::Test {
+class BlendClipsTest : public testing::HumanoidFixture {
  protected:
-  BlendClipsTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
-  }
-
   // 30 frames that repeat, along x.
   Retargeted March() const {
     const auto source =
@@ -62,10 +52,6 @@ class BlendClipsTest : public ::testing::Test {
     EXPECT_THAT(played, IsOk());
     return *std::move(played);
   }
-
-  std::unique_ptr<const character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
 };
 
 // Another place and another heading: whatever was recorded elsewhere.

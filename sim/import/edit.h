@@ -97,7 +97,13 @@ ModelMotion CloseLoop(const ModelMotion& motion, const Loop& loop);
 // Longer gaps, s, are not led over but made up.
 inline constexpr double kMostBlendGap = 2;
 
-// `first`, then about `gap_s` seconds that lead over, then `second`, which is
+// INVALID_ARGUMENT: not in (0, kMostBlendGap].
+absl::Status CheckBlendGap(double gap_s);
+
+// `gap_s` in frames, whole ones and at least one.
+int BlendSteps(double gap_s, double rate);
+
+// `first`, then BlendSteps that lead over, then `second`, which is
 // placed so that it goes on with the heading and at the place to which the mean
 // of both velocities leads. Between the last frame of the one and the first of
 // the other every coordinate follows a cubic with their values and velocities
@@ -105,7 +111,7 @@ inline constexpr double kMostBlendGap = 2;
 // and velocities too. Where a foot would go below the floor in between the root
 // is lifted, smoothly. A looping motion counts as its stored frames; the result
 // does not loop. blend_clips.h makes a clip of it. Errors: different rates or
-// models; gap_s not in (0, kMostBlendGap].
+// models; CheckBlendGap.
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s);
 

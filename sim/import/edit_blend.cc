@@ -34,12 +34,7 @@ absl::Status CheckBlend(const ModelMotion& first, const ModelMotion& second,
         "blend: expected motions of one model, found ", first.qpos[0].size(),
         " and ", second.qpos[0].size(), " coordinates"));
   }
-  if (!(gap_s > 0 && gap_s <= kMostBlendGap)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("blend: expected a gap of more than 0 and at most ",
-                     kMostBlendGap, " s, found ", gap_s));
-  }
-  return absl::OkStatus();
+  return CheckBlendGap(gap_s);
 }
 
 // One side of the gap; velocities as in qvel: linear in the world, angular in
@@ -137,12 +132,22 @@ void Lift(Dynamics* dynamics, std::vector<VectorXd>* frames) {
 
 }  // namespace
 
+absl::Status CheckBlendGap(double gap_s) {
+  if (gap_s > 0 && gap_s <= kMostBlendGap) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("blend: expected a gap of more than 0 and at most ",
+                   kMostBlendGap, " s, found ", gap_s));
+}
+
+int BlendSteps(double gap_s, double rate) {
+  return std::max(1, static_cast<int>(std::lround(gap_s * rate)));
+}
+
 absl::StatusOr<ModelMotion> Blend(Dynamics* dynamics, const ModelMotion& first,
                                   const ModelMotion& second, double gap_s) {
   SINEW_RETURN_IF_ERROR(CheckBlend(first, second, gap_s));
   const mjModel& model = dynamics->model();
-  const int steps =
-      std::max(1, static_cast<int>(std::lround(gap_s * first.rate)));
+  const int steps = BlendSteps(gap_s, first.rate);
   const double seconds = steps / first.rate;
   const Side end = LookAt(model, first, first.frames() - 1);
   const ModelMotion placed =

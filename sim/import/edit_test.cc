@@ -6,14 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "common/testing/matchers.h"
-#include "sim/character/character.h"
-#include "sim/import/retarget/import_model.h"
+#include "sim/import/testing/humanoid_fixture.h"
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
@@ -30,14 +28,9 @@ constexpr double kRate = 30;
 constexpr double kPi = std::numbers::pi;
 
 // The humanoid, and motions of it by formula.
-class EditTest : public ::testing::Test {
+class EditTest : public testing::HumanoidFixture {
  protected:
   EditTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
     auto mirror = MakeMotionMirror(*character_);
     EXPECT_THAT(mirror, IsOk());
     mirror_ = *std::move(mirror);
@@ -87,9 +80,6 @@ class EditTest : public ::testing::Test {
     return Eigen::Map<const Vector3d>(dynamics_->data().xpos + 3 * id);
   }
 
-  std::unique_ptr<character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
   MotionMirror mirror_;
 };
 

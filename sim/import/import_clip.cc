@@ -143,8 +143,7 @@ absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
   v1::BlendedClip* next = imported.info.mutable_blend();
   *next->mutable_source() = FactsOf(second);
   if (!after.map.empty()) next->mutable_source()->set_map(after.map);
-  const double steps = std::round(blend.gap_s * options.rate);
-  next->set_gap_s(std::max(1.0, steps) / options.rate);
+  next->set_gap_s(BlendSteps(blend.gap_s, options.rate) / options.rate);
   return imported;
 }
 

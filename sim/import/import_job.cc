@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <initializer_list>
 #include <optional>
 #include <utility>
 
@@ -29,9 +30,11 @@ void AddField(absl::string_view name, absl::string_view value,
   absl::StrAppend(text, name, ":", value.size(), ":", value, "\n");
 }
 
-// Every number by a text of its own.
-void AppendExact(std::string* text, double value) {
-  absl::StrAppendFormat(text, "%.17g", value);
+// Each number by a text of its own.
+std::string Exact(std::initializer_list<double> numbers) {
+  return absl::StrJoin(numbers, " ", [](std::string* text, double number) {
+    absl::StrAppendFormat(text, "%.17g", number);
+  });
 }
 
 void AddFile(const JobFile& file, std::string* text) {
@@ -48,9 +51,8 @@ void AddContent(const ImportJob& job, std::string* text) {
   AddFile(*job.next, text);
   const BlendOptions& blend = job.blend;
   AddField("blend",
-           absl::StrJoin({blend.gap_s, blend.first.from_s, blend.first.to_s,
-                          blend.second.from_s, blend.second.to_s},
-                         " ", AppendExact),
+           Exact({blend.gap_s, blend.first.from_s, blend.first.to_s,
+                  blend.second.from_s, blend.second.to_s}),
            text);
 }
 
@@ -259,31 +261,26 @@ ImportJob MakeJob(const BlendedFiles& files, const ReadClipOptions& options) {
 std::string OptionsDigest(const std::string& character_digest,
                           const ImportOptions& options) {
   const ReadOptions& read = options.read.read;
-  const auto exact = [](double value) {
-    std::string result;
-    AppendExact(&result, value);
-    return result;
-  };
-  const auto number = [&](const std::optional<double>& value) {
-    return value ? exact(*value) : std::string("unset");
+  const auto number = [](const std::optional<double>& value) {
+    return value ? Exact({*value}) : std::string("unset");
   };
   std::string text;
   AddField("importer", absl::StrCat(kImporterVersion), &text);
   AddField("mujoco", absl::StrCat(mj_version()), &text);
   AddField("character", character_digest, &text);
-  AddField("rate", exact(options.rate), &text);
+  AddField("rate", Exact({options.rate}), &text);
   AddField("format", options.read.format, &text);
   AddField("unit", number(read.metres_per_unit), &text);
   AddField("up", read.up_axis ? std::string(1, *read.up_axis) : "", &text);
   AddField("fps", number(read.frames_per_second), &text);
   AddField("order", read.quaternion_order.value_or(""), &text);
   const EditOptions& edits = options.edits;
-  AddField(
-      "edits",
-      absl::StrCat(exact(edits.from_s), " ", exact(edits.to_s), " ", edits.loop,
-                   " ", exact(edits.loop_options.least_s), " ",
-                   exact(edits.loop_options.most_s), " ", edits.align_heading),
-      &text);
+  AddField("edits",
+           absl::StrCat(
+               Exact({edits.from_s, edits.to_s}), " ", edits.loop, " ",
+               Exact({edits.loop_options.least_s, edits.loop_options.most_s}),
+               " ", edits.align_heading),
+           &text);
   AddField("map", options.map ? SerializeDeterministically(*options.map) : "",
            &text);
   return Sha256Hex(text);

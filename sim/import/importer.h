@@ -76,11 +76,10 @@ struct ImportOptions {
 //
 // A bad file never stops the others: `reports` gets one entry per file, then
 // one per blend (two with edits.mirror), in order, also when the call fails.
-// Names and what
-// becomes of a second file of a name: clip_name.h. Results do not depend on
-// the number of threads. Files that an earlier import with the same options has
-// seen are not read again but for their digest; if nothing at all changed,
-// nothing is written.
+// Names and what becomes of a second file of a name: clip_name.h. Results do
+// not depend on the number of threads. Files that an earlier import with the
+// same options has seen are not read again but for their digest; if nothing at
+// all changed, nothing is written.
 //
 // Thread-safety: one import per folder at a time (DirectoryLock). Ownership:
 // borrows everything for the call. Memory: one clip per thread, then the

@@ -12,20 +12,22 @@
 namespace sinew::motion {
 namespace {
 
-// As SplitKey, of the second part of a clip that was joined from two.
+std::string Key(const std::string& trial, const std::string& name) {
+  if (!trial.empty()) return trial;
+  return std::string(absl::StripSuffix(name, "_mirror"));
+}
+
+// Of the second part of a clip that was joined from two.
 std::string BlendKey(const v1::BlendedClip& blend) {
-  if (!blend.trial().empty()) return blend.trial();
   const std::filesystem::path file(blend.source_file());
-  return std::string(absl::StripSuffix(file.stem().string(), "_mirror"));
+  return Key(blend.trial(), file.stem().string());
 }
 
 }  // namespace
 
 std::string SplitKey(const v1::ClipInfo& clip) {
-  if (!clip.trial().empty()) return clip.trial();
-  const std::string& name =
-      clip.mirror_of().empty() ? clip.name() : clip.mirror_of();
-  return std::string(absl::StripSuffix(name, "_mirror"));
+  return Key(clip.trial(),
+             clip.mirror_of().empty() ? clip.name() : clip.mirror_of());
 }
 
 bool IsLeftOut(absl::string_view split_key, double share) {

@@ -12,9 +12,6 @@ namespace sinew::motion {
 // out, by a rule: whoever imports the same recordings, in whatever order and
 // company, leaves out the same ones.
 
-// Share that is left out where a split is asked for, without saying how much.
-inline constexpr double kLeftOutShare = 0.15;
-
 // What must be on one side: the recording (ClipInfo.trial, the same for every
 // file format, trim and mirror image), else the name of the clip without
 // "_mirror". Pure.

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
 #include "sim/import/blend_clips.h"
+#include "sim/import/edit.h"
 #include "sim/import/importer.h"
 #include "tools/sinew/run_import.h"
 
@@ -48,7 +50,8 @@ void AddMotionBlend(CLI::App& motion, Action& action) {
   const char* group = "How the clips are joined";
   command
       ->add_option("--seconds", options->seconds,
-                   "length of the gap, at most 10 (default 0.5)")
+                   absl::StrCat("length of the gap, at most ",
+                                import::kMostBlendGap, " (default 0.5)"))
       ->group(group);
   command
       ->add_option("--trim-first", options->trim_first,

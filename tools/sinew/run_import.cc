@@ -3,9 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <memory>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -52,7 +50,7 @@ class Showing {
     const double share = static_cast<double>(progress.done) / progress.total;
     const double passed = clock_.SteadySeconds() - start_;
     progress_.Show(share,
-                   absl::StrFormat("%d of %d files, %d rejected, %s left  %s",
+                   absl::StrFormat("%d of %d clips, %d rejected, %s left  %s",
                                    progress.done, progress.total, rejected_,
                                    TimeText(passed * (1 / share - 1)),
                                    Cut(last.name, 32)));

@@ -5,17 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "common/testing/matchers.h"
-#include "sim/character/character.h"
 #include "sim/import/maps/draft_map.h"
 #include "sim/import/retarget/ground.h"
 #include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/pose_terms.h"
 #include "sim/import/retarget/source_track.h"
+#include "sim/import/testing/humanoid_fixture.h"
 #include "sim/import/testing/made_skeletons.h"
 
 namespace sinew::import {
@@ -23,14 +21,9 @@ namespace {
 
 using Eigen::VectorXd;
 
-class PoseFitTest : public ::testing::Test {
+class PoseFitTest : public testing::HumanoidFixture {
  protected:
   PoseFitTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, ::sinew::testing::IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
     const SourceClip clip = testing::MadeClip({});
     track_ = *MakeRoleTrack(MakeTrack(clip, 30), clip.skeleton,
                             *DraftSkeletonMap(clip.skeleton, "draft"));
@@ -53,9 +46,6 @@ class PoseFitTest : public ::testing::Test {
     return shaken;
   }
 
-  std::unique_ptr<const character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
   RoleTrack track_;
   BodyMap map_;
   ModelMotion motion_;

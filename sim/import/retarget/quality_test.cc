@@ -3,11 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
-
-#include "common/testing/matchers.h"
-#include "sim/character/character.h"
-#include "sim/import/retarget/import_model.h"
+#include "sim/import/testing/humanoid_fixture.h"
 #include "sim/motion/rotation.h"
 
 namespace sinew::import {
@@ -16,16 +12,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-class QualityTest : public ::testing::Test {
+class QualityTest : public testing::HumanoidFixture {
  protected:
-  QualityTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, ::sinew::testing::IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
-  }
-
   // The rest pose with its soles on the floor.
   VectorXd Standing() {
     VectorXd qpos = Eigen::Map<const VectorXd>(dynamics_->model().qpos0,
@@ -62,10 +50,6 @@ class QualityTest : public ::testing::Test {
     return MeasureQuality(dynamics_.get(), motion,
                           AnalyseMotion(dynamics_.get(), motion));
   }
-
-  std::unique_ptr<const character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
 };
 
 TEST_F(QualityTest, FeetThatStandDoNotSkate) {

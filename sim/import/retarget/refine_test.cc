@@ -7,18 +7,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <vector>
 
-#include "common/testing/matchers.h"
-#include "sim/character/character.h"
 #include "sim/import/retarget/contact_fit.h"
 #include "sim/import/retarget/ground.h"
-#include "sim/import/retarget/import_model.h"
 #include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/quality.h"
 #include "sim/import/retarget/refine_terms.h"
+#include "sim/import/testing/humanoid_fixture.h"
 
 namespace sinew::import {
 namespace {
@@ -26,16 +23,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-class RefineTest : public ::testing::Test {
+class RefineTest : public testing::HumanoidFixture {
  protected:
-  RefineTest() {
-    auto loaded = character::Character::Load("humanoid", v1::Physics());
-    EXPECT_THAT(loaded, ::sinew::testing::IsOk());
-    character_ = *std::move(loaded);
-    model_ = MakeImportModel(*character_);
-    dynamics_ = std::make_unique<Dynamics>(model_);
-  }
-
   int nv() const { return dynamics_->model().nv; }
   double weight() const { return model_.weight(); }
 
@@ -75,10 +64,6 @@ class RefineTest : public ::testing::Test {
     }
     return motion;
   }
-
-  std::unique_ptr<const character::Character> character_;
-  ImportModel model_;
-  std::unique_ptr<Dynamics> dynamics_;
 };
 
 TEST_F(RefineTest, TheFloorCarriesTheWeightOfWhoStands) {

@@ -1,11 +1,10 @@
 // Prints how well clips play on a character, and how far they are from another
 // recording of the same on it:
-//   figures_tool [--character g1] [--plain] [--against DIR] FILES...
+//   import_figures [--character g1] [--plain] [--against DIR] FILES...
 #include <mujoco/mujoco.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <ctime>
 #include <iterator>
 #include <string>
 #include <variant>
@@ -15,6 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "common/thread_seconds.h"
 #include "sim/character/character.h"
 #include "sim/character/end_effectors.h"
 #include "sim/import/clip_name.h"
@@ -30,6 +30,8 @@
 namespace sinew::import {
 namespace {
 
+using Eigen::VectorXd;
+
 absl::StatusOr<Source> Read(const std::string& path, const ImportModel& model) {
   SINEW_ASSIGN_OR_RETURN(const std::string bytes,
                          ReadFile(path, kMaxClipBytes));
@@ -44,19 +46,13 @@ absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
   return FitRobotClip(model, std::get<RobotClip>(source), options);
 }
 
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
 constexpr const char* kEnds[] = {"left_wrist", "right_wrist", "left_ankle",
                                  "right_ankle"};
 
 // Mean distance of each of kEnds from the source's, scaled with the legs, both
 // seen from the middle of the hips, m; empty: not told.
-std::vector<double> EndsApart(const ImportModel& model, const SourceClip& clip,
-                              const Retargeted& played, double rate) {
+VectorXd EndsApart(const ImportModel& model, const SourceClip& clip,
+                   const Retargeted& played, double rate) {
   const auto roles = LoadSkeletonMap(played.map);
   if (!roles.ok()) return {};
   const auto track =
@@ -69,7 +65,7 @@ std::vector<double> EndsApart(const ImportModel& model, const SourceClip& clip,
     if (role < 0 || map->FindPoint(role) < 0) return {};
   }
   Dynamics dynamics(model);
-  std::vector<double> apart(std::size(kEnds), 0);
+  VectorXd apart = VectorXd::Zero(std::size(kEnds));
   for (int t = 0; t < track->frames(); ++t) {
     dynamics.SetPose(played.motion.qpos[t]);
     const auto ours = [&](const char* role) {
@@ -82,7 +78,7 @@ std::vector<double> EndsApart(const ImportModel& model, const SourceClip& clip,
     const Eigen::Vector3d hips = (ours("left_hip") + ours("right_hip")) / 2;
     const Eigen::Vector3d source_hips =
         (source("left_hip") + source("right_hip")) / 2;
-    for (size_t i = 0; i < apart.size(); ++i) {
+    for (int i = 0; i < apart.size(); ++i) {
       apart[i] += (ours(kEnds[i]) - hips -
                    map->scale * (source(kEnds[i]) - source_hips))
                       .norm() /
@@ -108,18 +104,17 @@ void Print(const std::string& name, const Retargeted& played, double seconds) {
 }
 
 // The heading of a frame or, if `whole`, all of its rotation.
-Eigen::Matrix3d Orientation(const Eigen::VectorXd& qpos, bool whole) {
+Eigen::Matrix3d Orientation(const VectorXd& qpos, bool whole) {
   const Eigen::Quaterniond root = motion::FromWxyz(qpos.data() + 3);
   return (whole ? root : motion::YawRotation(motion::Yaw(root)))
       .toRotationMatrix();
 }
 
 // Mean distance of each end of two motions, seen from the root, m.
-std::vector<double> Apart(const ImportModel& model,
-                          const std::vector<int>& ends, const ModelMotion& a,
-                          const ModelMotion& b, bool whole) {
+VectorXd Apart(const ImportModel& model, const std::vector<int>& ends,
+               const ModelMotion& a, const ModelMotion& b, bool whole) {
   Dynamics dynamics(model);
-  const auto places = [&](const Eigen::VectorXd& qpos) {
+  const auto places = [&](const VectorXd& qpos) {
     dynamics.SetPose(qpos);
     const Eigen::Matrix3d frame = Orientation(qpos, whole);
     std::vector<Eigen::Vector3d> result;
@@ -132,14 +127,14 @@ std::vector<double> Apart(const ImportModel& model,
     return result;
   };
   const int frames = std::min(a.frames(), b.frames());
-  std::vector<double> sums(ends.size(), 0);
+  VectorXd apart = VectorXd::Zero(static_cast<Eigen::Index>(ends.size()));
   for (int t = 0; t < frames; ++t) {
     const auto first = places(a.qpos[t]), second = places(b.qpos[t]);
-    for (size_t i = 0; i < ends.size(); ++i) {
-      sums[i] += (first[i] - second[i]).norm() / frames;
+    for (int i = 0; i < apart.size(); ++i) {
+      apart[i] += (first[i] - second[i]).norm() / frames;
     }
   }
-  return sums;
+  return apart;
 }
 
 // Mean angle between the roots, rad.
@@ -161,14 +156,14 @@ absl::Status Compare(const ImportModel& model, const std::vector<int>& ends,
   plain.refine = false;
   SINEW_ASSIGN_OR_RETURN(const Source source, Read(path, model));
   SINEW_ASSIGN_OR_RETURN(const Retargeted theirs, Play(model, source, plain));
-  const std::vector<double> heading =
+  const VectorXd heading =
       Apart(model, ends, ours.motion, theirs.motion, /*whole=*/false);
   absl::PrintF(
       "  apart %.1f cm (whole root rotation: %.1f cm; roots turned %.2f rad); "
       "each: ",
-      100 * Mean(heading),
-      100 * Mean(Apart(model, ends, ours.motion, theirs.motion,
-                       /*whole=*/true)),
+      100 * heading.mean(),
+      100 *
+          Apart(model, ends, ours.motion, theirs.motion, /*whole=*/true).mean(),
       RootTurn(ours.motion, theirs.motion));
   for (const double end : heading) absl::PrintF("%.1f ", 100 * end);
   absl::PrintF("\n  theirs: skate %.2f cm/s, penetration %.2f cm\n",
@@ -198,18 +193,15 @@ struct Flags {
 absl::Status PrintFile(const ImportModel& model, const std::vector<int>& ends,
                        const Flags& flags, const std::string& file) {
   SINEW_ASSIGN_OR_RETURN(const Source source, Read(file, model));
-  const std::clock_t start = std::clock();
+  const double start = ThreadSeconds();
   SINEW_ASSIGN_OR_RETURN(const Retargeted played,
                          Play(model, source, flags.options));
-  Print(ClipName(file), played,
-        static_cast<double>(std::clock() - start) /
-            static_cast<double>(CLOCKS_PER_SEC));
+  Print(ClipName(file), played, ThreadSeconds() - start);
   if (const auto* clip = std::get_if<SourceClip>(&source)) {
-    const std::vector<double> apart =
-        EndsApart(model, *clip, played, flags.options.rate);
-    if (!apart.empty()) {
+    const VectorXd apart = EndsApart(model, *clip, played, flags.options.rate);
+    if (apart.size() > 0) {
       absl::PrintF("  ends apart from the scaled source: %.1f cm; each: ",
-                   100 * Mean(apart));
+                   100 * apart.mean());
       for (const double end : apart) absl::PrintF("%.1f ", 100 * end);
       absl::PrintF("\n");
     }
