@@ -113,6 +113,23 @@ mjsGeom* FindOrAddFloor(mjSpec* spec) {
   return floor;
 }
 
+absl::Status DropContacts(const std::string& path,
+                          const v1::Character& character, mjSpec* spec) {
+  for (const std::string& name : character.contactless_geoms()) {
+    mjsGeom* geom = mjs_asGeom(mjs_findElement(spec, mjOBJ_GEOM, name.c_str()));
+    if (geom == nullptr || (geom->contype == 0 && geom->conaffinity == 0)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "character \"", character.name(),
+          "\": contactless_geoms: expected a colliding geom of ", path,
+          ", found \"", name, "\", which ",
+          geom == nullptr ? "it does not have" : "touches nothing as it is"));
+    }
+    geom->contype = 0;
+    geom->conaffinity = 0;
+  }
+  return absl::OkStatus();
+}
+
 void SetContacts(const v1::Physics& physics, mjSpec* spec) {
   const mjsBody* world = mjs_findBody(spec, "world");
   for (mjsElement* element = mjs_firstElement(spec, mjOBJ_GEOM);
@@ -219,6 +236,7 @@ absl::StatusOr<ModelPtr> CompileModel(const std::string& path,
   SINEW_ASSIGN_OR_RETURN(SpecPtr spec, Parse(path));
   Strip(spec.get());
   SINEW_RETURN_IF_ERROR(SetJoints(path, character, spec.get()));
+  SINEW_RETURN_IF_ERROR(DropContacts(path, character, spec.get()));
   SetContacts(settings, spec.get());
   SetOptions(settings, &spec->option);
   if (purpose == Purpose::kPhysics) {

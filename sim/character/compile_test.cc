@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/character/model_ptr.h"
@@ -13,6 +15,8 @@ namespace sinew::character {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
 
 // A root with a leg, and what a model may bring along that training does not
 // want. The box hangs across the leg at rest; the ball is out of its way.
@@ -147,6 +151,37 @@ TEST(CompileModel, LetsTheFloorDecideOnFriction) {
     EXPECT_EQ(data->contact[i].geom[0], Geom(*model, "ground"));
     EXPECT_EQ(data->contact[i].dim, 3);
     EXPECT_DOUBLE_EQ(data->contact[i].friction[0], 0.7);
+  }
+}
+
+TEST(CompileModel, LetsContactlessGeomsTouchNothing) {
+  v1::Character character = MakeCharacter();
+  character.add_contactless_geoms("trunk");
+  const ModelPtr model =
+      CompileOrFail(v1::Physics(), Purpose::kPictures, character);
+  const DataPtr data(mj_makeData(model.get()));
+  data->qpos[2] = -0.02;  // the whole body is in the ground
+  mj_forward(model.get(), data.get());
+
+  ASSERT_GT(data->ncon, 0);
+  for (int i = 0; i < data->ncon; ++i) {
+    EXPECT_NE(data->contact[i].geom[1], Geom(*model, "trunk"));
+  }
+  EXPECT_GT(model->body_mass[1], 0);  // it weighs what it did
+}
+
+TEST(CompileModel, RefusesContactlessGeomsThatTouchNothingOrAreNotThere) {
+  for (const char* name : {"badge", "tail"}) {
+    v1::Character character = MakeCharacter();
+    character.add_contactless_geoms(name);
+    const std::string path = JoinPath(::testing::TempDir(), "refused.xml");
+    ASSERT_THAT(WriteFileAtomically(path, kModel), IsOk());
+
+    EXPECT_THAT(CompileModel(path, character, v1::Physics(), Purpose::kPhysics),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr(absl::StrCat(
+                             "contactless_geoms: expected a colliding geom of ",
+                             path, ", found \"", name, "\""))));
   }
 }
 
