@@ -1,0 +1,106 @@
+#ifndef SINEW_LEARNER_PROCEDURE_PROCEDURE_H_
+#define SINEW_LEARNER_PROCEDURE_PROCEDURE_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew::learner {
+
+// The PHC+ procedure (Luo et al., PULSE, 2024) as a sequence of trainings, each
+// decided from how those before it ended:
+//
+//   kFull      primitive 0 on all clips
+//   kHard      the same primitive goes on on the hard set
+//   kGrown     the next primitive, from the weights before, on the hard set
+//   kRecovery  one more primitive, from the last that tracks, on all clips,
+//              with starts on the floor and from afar
+//   kComposer  chooses among all primitives, frozen, on all clips
+//
+// The hard set: the clips that no primitive wins by the final evaluation of its
+// latest stage. After each stage that tracks:
+//
+//   1. at most negligible_clips are left           -> no more tracking
+//   2. the stage was on a hard set and won less
+//      than learnable_share of it                  -> no more tracking
+//   3. the stage was kFull or kGrown               -> kHard
+//   4. there are max_primitives                    -> no more tracking
+//   5. otherwise                                   -> kGrown
+//
+// Then kRecovery (if recovery_samples > 0), kComposer (if composer_samples > 0
+// and there are two primitives or more), and the end.
+//
+// Everything here is pure and thread-safe; nothing blocks or fails.
+
+enum class StageKind { kFull, kHard, kGrown, kRecovery, kComposer };
+
+// One training.
+struct Stage {
+  StageKind kind = StageKind::kFull;
+  // Number of the primitive, from 0; the recovery one comes after those that
+  // track. Of the composer: how many it has.
+  int primitive = 0;
+  // Index of the stage whose final weights it begins with; -1: none.
+  int from = -1;
+  // Clips that episodes start in; empty: all that are trained on.
+  std::vector<std::string> clips;
+  // Composer only: the latest stage of each primitive.
+  std::vector<int> primitives;
+
+  bool operator==(const Stage&) const = default;
+};
+
+// What is known of a stage that has ended.
+struct FinishedStage {
+  Stage stage;
+  bool plateau = false;  // ended there, else after its samples
+  int64_t iterations = 0;
+  int64_t samples = 0;
+  double train_seconds = 0;
+  // Clips trained on, of the whole library, that its final weights fail.
+  std::vector<std::string> failed;
+};
+
+// What a decision rests on.
+struct Evidence {
+  int clips = 0;                  // that are trained on
+  std::vector<std::string> hard;  // that no primitive wins, in their order
+  // Of the latest stage, if it was on a hard set: its size, how many of it
+  // were won, and how many others were won before and are not any more.
+  int hard_before = 0;
+  int hard_won = 0;
+  int forgotten = 0;
+
+  bool operator==(const Evidence&) const = default;
+};
+
+struct Decision {
+  std::optional<Stage> next;  // unset: the procedure is over
+  std::string reason;         // in words and numbers, for people
+  Evidence evidence;
+};
+
+// "primitive_0", "primitive_0_hard", "primitive_1", "recovery", "composer".
+std::string StageName(const Stage& stage);
+
+// "full", "hard", "grown", "recovery", "composer".
+std::string KindName(StageKind kind);
+std::optional<StageKind> KindOfName(const std::string& name);
+
+// What comes after the finished stages. `clips`: names of those trained on, in
+// the library's order, not empty. `procedure` has its defaults filled.
+Decision NextStage(const v1::Procedure& procedure,
+                   const std::vector<std::string>& clips,
+                   absl::Span<const FinishedStage> finished);
+
+// Index of the stage that the procedure came to, of at least one: the composer,
+// or else that which fails the fewest clips, the latest of equals.
+int ResultStage(absl::Span<const FinishedStage> finished);
+
+}  // namespace sinew::learner
+
+#endif  // SINEW_LEARNER_PROCEDURE_PROCEDURE_H_

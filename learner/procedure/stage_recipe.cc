@@ -1,0 +1,102 @@
+#include "learner/procedure/stage_recipe.h"
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
+
+namespace sinew::learner {
+namespace {
+
+// 2^64 divided by the golden ratio: no two stages of recipes with small seeds
+// have the same one.
+constexpr uint64_t kSeedStep = 0x9E3779B97F4A7C15u;
+
+int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
+  switch (kind) {
+    case StageKind::kFull:
+      return procedure.full_samples();
+    case StageKind::kHard:
+    case StageKind::kGrown:
+      return procedure.hard_samples();
+    case StageKind::kRecovery:
+      return procedure.recovery_samples();
+    case StageKind::kComposer:
+      return procedure.composer_samples();
+  }
+  return 0;
+}
+
+int64_t IterationsOf(const v1::Recipe& recipe, StageKind kind) {
+  const int64_t per_iteration =
+      int64_t{recipe.rollouts().environments()} * recipe.rollouts().horizon();
+  const int64_t samples = SamplesOf(recipe.procedure(), kind);
+  return (samples + per_iteration - 1) / per_iteration;
+}
+
+void SetComposer(const v1::Procedure& procedure, int primitives,
+                 v1::Network& network) {
+  v1::Composer& composer = *network.mutable_composer();
+  composer.set_primitives(primitives);
+  *composer.mutable_hidden() = procedure.composer_hidden();
+}
+
+}  // namespace
+
+v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
+                       int index) {
+  const bool recovers = stage.kind == StageKind::kRecovery;
+  const bool composes = stage.kind == StageKind::kComposer;
+  v1::Recipe derived = recipe;
+  derived.clear_procedure();
+  derived.set_max_minutes(0);
+  derived.set_max_iterations(IterationsOf(recipe, stage.kind));
+  derived.set_seed(recipe.seed() + kSeedStep * static_cast<uint64_t>(index));
+  if (!recipe.name().empty()) {
+    derived.set_name(absl::StrCat(recipe.name(), "_", StageName(stage)));
+  }
+  if (!stage.clips.empty()) {
+    *derived.mutable_task()->mutable_start()->mutable_only_clips() = {
+        stage.clips.begin(), stage.clips.end()};
+  }
+  if (!recovers && !composes) derived.mutable_task()->clear_recovery();
+  if (recovers) derived.clear_plateau();
+  if (composes) {
+    SetComposer(recipe.procedure(), stage.primitive,
+                *derived.mutable_network());
+  }
+  return WithDefaults(std::move(derived));
+}
+
+absl::Status ValidateStages(const v1::Recipe& recipe) {
+  const v1::Procedure& procedure = recipe.procedure();
+  const int trackers = procedure.max_primitives();
+  const int all = trackers + (procedure.recovery_samples() > 0 ? 1 : 0);
+  std::vector<Stage> stages(2);
+  stages[1].kind = StageKind::kHard;
+  if (procedure.recovery_samples() > 0) {
+    stages.push_back({.kind = StageKind::kRecovery,
+                      .primitive = trackers,
+                      .clips = {},
+                      .primitives = {}});
+  }
+  if (procedure.composer_samples() > 0) {
+    stages.push_back({.kind = StageKind::kComposer,
+                      .primitive = all,
+                      .clips = {},
+                      .primitives = {}});
+  }
+  for (const Stage& stage : stages) {
+    const absl::Status status = ValidateRecipe(StageRecipe(recipe, stage, 0));
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("stage ", StageName(stage), ": ", status.message()));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sinew::learner

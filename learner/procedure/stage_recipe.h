@@ -1,0 +1,33 @@
+#ifndef SINEW_LEARNER_PROCEDURE_STAGE_RECIPE_H_
+#define SINEW_LEARNER_PROCEDURE_STAGE_RECIPE_H_
+
+#include "absl/status/status.h"
+#include "learner/procedure/procedure.h"
+#include "proto/sinew/v1/recipe.pb.h"
+
+namespace sinew::learner {
+
+// The recipe of one stage, the `index`-th from 0: that of the procedure, but
+//
+//   procedure, max_minutes  unset
+//   max_iterations          the stage's samples, rounded up to iterations
+//   seed                    another one for each stage; the first has the
+//                           procedure's, so it is the run of the same recipe
+//   name                    NAME_STAGE, if there is one
+//   start.only_clips        the stage's clips, if it has some
+//   task.recovery           in kRecovery and kComposer only; no width changes
+//   plateau                 not in kRecovery: evaluations start on the
+//                           reference and say nothing of getting up
+//   network.composer        in kComposer only
+//
+// `recipe` has its defaults filled and is valid, then so is the result. Pure.
+v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage, int index);
+
+// Checks the recipes of all kinds of stages that there may be, so that nothing
+// is found out after hours that could be found out at the start.
+// INVALID_ARGUMENT names the kind of stage and the field.
+absl::Status ValidateStages(const v1::Recipe& recipe);
+
+}  // namespace sinew::learner
+
+#endif  // SINEW_LEARNER_PROCEDURE_STAGE_RECIPE_H_

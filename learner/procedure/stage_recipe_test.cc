@@ -1,0 +1,129 @@
+#include "learner/procedure/stage_recipe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "common/config/recipe.h"
+#include "common/testing/matchers.h"
+
+namespace sinew::learner {
+namespace {
+
+using ::sinew::testing::EqualsProto;
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr char kRecipe[] = R"(
+  format_version: 1
+  name: "phc"
+  task { recovery { far_share: 0.5 } }
+  rollouts { environments: 16 environments_per_order: 8 horizon: 10 }
+  ppo { minibatch: 80 }
+  evaluation { interval: 5 starts: 1 }
+  plateau { evaluations: 3 }
+  procedure {
+    full_samples: 1601
+    hard_samples: 1600
+    recovery_samples: 160
+    composer_samples: 1
+    composer_hidden: 32
+  }
+  max_minutes: 60
+  seed: 7
+)";
+
+v1::Recipe MakeRecipe() {
+  auto recipe = ParseRecipe(kRecipe, "test");
+  EXPECT_THAT(recipe, IsOk());
+  return WithDefaults(*std::move(recipe));
+}
+
+Stage MakeStage(StageKind kind, int primitive = 0) {
+  Stage stage;
+  stage.kind = kind;
+  stage.primitive = primitive;
+  return stage;
+}
+
+TEST(StageRecipe, OfTheFirstStageIsTheRunOfTheSameRecipe) {
+  const v1::Recipe recipe = MakeRecipe();
+  v1::Recipe expected = recipe;
+  expected.clear_procedure();
+  expected.mutable_task()->clear_recovery();
+  expected.set_max_minutes(0);
+  expected.set_max_iterations(11);  // 1601 / (16 * 10), rounded up
+  expected.set_name("phc_primitive_0");
+
+  const v1::Recipe found = StageRecipe(recipe, MakeStage(StageKind::kFull), 0);
+
+  EXPECT_EQ(PrintRecipe(found), PrintRecipe(expected));
+  EXPECT_THAT(ValidateRecipe(found), IsOk());
+}
+
+TEST(StageRecipe, OfAHardSetStartsInItsClipsAlone) {
+  Stage stage = MakeStage(StageKind::kHard);
+  stage.clips = {"walk", "run"};
+
+  const v1::Recipe recipe = StageRecipe(MakeRecipe(), stage, 1);
+
+  EXPECT_THAT(recipe.task().start().only_clips(), ElementsAre("walk", "run"));
+  EXPECT_EQ(recipe.max_iterations(), 10);
+  EXPECT_TRUE(recipe.has_plateau());
+  EXPECT_EQ(recipe.name(), "phc_primitive_0_hard");
+}
+
+TEST(StageRecipe, OfRecoveryHasItsStartsAndNoPlateau) {
+  const v1::Recipe recipe =
+      StageRecipe(MakeRecipe(), MakeStage(StageKind::kRecovery, 2), 4);
+
+  EXPECT_EQ(recipe.task().recovery().far_share(), 0.5);
+  EXPECT_FALSE(recipe.has_plateau());
+  EXPECT_EQ(recipe.max_iterations(), 1);
+  EXPECT_FALSE(recipe.network().has_composer());
+}
+
+TEST(StageRecipe, OfTheComposerHasOneAndRecovers) {
+  const v1::Recipe recipe =
+      StageRecipe(MakeRecipe(), MakeStage(StageKind::kComposer, 3), 5);
+
+  EXPECT_THAT(recipe.network().composer(),
+              EqualsProto("primitives: 3 hidden: 32"));
+  EXPECT_EQ(recipe.task().recovery().far_share(), 0.5);
+  EXPECT_TRUE(recipe.has_plateau());
+}
+
+TEST(StageRecipe, GivesEveryStageItsOwnSeed) {
+  const v1::Recipe recipe = MakeRecipe();
+  std::set<uint64_t> seeds;
+
+  for (int i = 0; i < 32; ++i) {
+    seeds.insert(StageRecipe(recipe, MakeStage(StageKind::kHard), i).seed());
+  }
+
+  EXPECT_EQ(seeds.size(), 32);
+}
+
+TEST(ValidateStages, TakesAProcedureWhoseStagesAllMayBeRun) {
+  EXPECT_THAT(ValidateStages(MakeRecipe()), IsOk());
+}
+
+TEST(ValidateStages, NamesTheStageThatCouldNotBeRun) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_procedure()->set_max_primitives(16);
+
+  EXPECT_THAT(ValidateStages(recipe),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("stage composer"),
+                             HasSubstr("network.composer.primitives"))));
+}
+
+}  // namespace
+}  // namespace sinew::learner
