@@ -29,6 +29,7 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
 }
 
 bool RunFolder::HasState() const {
+  if (FileExists(procedure())) return true;
   const auto names = ListDirectory(JoinPath(checkpoints(), "artifacts"));
   return names.ok() &&
          std::any_of(names->begin(), names->end(), [](const std::string& name) {

@@ -21,6 +21,11 @@ namespace sinew::tools {
 //   bundle/            the last iteration, exported
 //   bundle_best/       the best evaluated iteration, exported
 //
+// The folder of a procedure has, besides config.textproto and bundle/,
+//
+//   procedure.json     what was decided and what came of it
+//   stages/NN_NAME/    folders of runs
+//
 // Thread-safety: immutable. Ownership: holds the lock. Blocking: on the disk.
 // Errors: FAILED_PRECONDITION: another process trains there (named);
 // INVALID_ARGUMENT: it holds states of another recipe (fields, old and new).
@@ -32,6 +37,7 @@ class RunFolder {
 
   const std::string& path() const { return path_; }
   std::string config() const { return JoinPath(path_, "config.textproto"); }
+  std::string procedure() const { return JoinPath(path_, "procedure.json"); }
   std::string metrics() const { return JoinPath(path_, "metrics.jsonl"); }
   std::string log() const { return JoinPath(path_, "log.jsonl"); }
   std::string actor_logs() const { return JoinPath(path_, "logs"); }

@@ -43,6 +43,18 @@ bool TrainingRun::IsDone() const {
          (minutes > 0 && figures_.seconds.train >= 60 * minutes);
 }
 
+TrainingRun::Result TrainingRun::result() const {
+  const int64_t last = options_.recipe.max_iterations();
+  Result result;
+  result.iterations = trainer_->iteration();
+  result.samples = trainer_->samples();
+  result.train_seconds = figures_.seconds.train;
+  result.plateau = trainer_->plateau_reached();
+  result.finished =
+      result.plateau || (last > 0 && trainer_->iteration() >= last);
+  return result;
+}
+
 absl::Status TrainingRun::Train() {
   row_seconds_ = clock_.SteadySeconds();
   row_learner_cpu_ = ProcessCpuSeconds(getpid());

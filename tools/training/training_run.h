@@ -83,6 +83,17 @@ class TrainingRun {
     std::function<double()> cpu_seconds;
   };
 
+  // How far it is.
+  struct Result {
+    int64_t iterations = 0;
+    int64_t samples = 0;
+    double train_seconds = 0;
+    // The end that the recipe sets is reached (max_iterations or a plateau),
+    // whatever Options::minutes and iterations say.
+    bool finished = false;
+    bool plateau = false;
+  };
+
   static absl::StatusOr<std::unique_ptr<TrainingRun>> Open(
       const Options& options, Clock& clock, const StopToken& stop);
   ~TrainingRun();
@@ -93,6 +104,7 @@ class TrainingRun {
   void SetChildren(Children children) { children_ = std::move(children); }
 
   absl::Status Train();
+  Result result() const;
   void Drain(absl::Duration timeout) { services_->Drain(timeout); }
 
  private:

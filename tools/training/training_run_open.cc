@@ -30,6 +30,11 @@ TrainingRun::~TrainingRun() { SetProgramLogger(nullptr); }
 
 absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
     const Options& options, Clock& clock, const StopToken& stop) {
+  if (options.recipe.has_procedure()) {
+    return absl::InvalidArgumentError(
+        "recipe field procedure: expected a recipe of one training, found a "
+        "procedure; `sinew train` runs those");
+  }
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
       SetUpTask(options.recipe, options.character, options.motions));

@@ -1,0 +1,65 @@
+#ifndef SINEW_TOOLS_TRAINING_PROCEDURE_RECORD_H_
+#define SINEW_TOOLS_TRAINING_PROCEDURE_RECORD_H_
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "learner/procedure/procedure.h"
+
+namespace sinew::tools {
+
+// What is known of a procedure between two of its stages: procedure.json, JSON,
+// two spaces, ends with a newline.
+//
+//   format_version   1
+//   recipe_sha256    of the recipe's canonical text
+//   assets           SHA-256 of character, model, library and frames
+//   clips            {library, trained_on, left_out}: how many
+//   over             whether the last decision ends the procedure
+//   samples, train_seconds
+//                    of all finished stages
+//   decisions        a sentence for each stage, and one for the end
+//   stages           of each: directory (below the run), kind, primitive, from
+//                    (index of the stage whose weights it begins with, or -1),
+//                    clips (empty: all), primitives (of a composer: stages),
+//                    evidence {clips, hard, hard_before, hard_won, forgotten},
+//                    and, where it has ended, finished {end: "plateau" or
+//                    "samples", iterations, samples, train_seconds, failed:
+//                    clips trained on that its last weights fail}
+struct ProcedureRecord {
+  struct Entry {
+    std::string directory;
+    learner::Decision decision;  // .next is this stage
+    std::optional<learner::FinishedStage> finished;
+  };
+
+  std::string recipe_sha256;
+  std::map<std::string, std::string> assets;
+  int library_clips = 0;
+  int left_out_clips = 0;
+  int trained_on_clips = 0;
+  std::vector<Entry> stages;
+  // Why the procedure is over; unset: it is not.
+  std::optional<std::string> end;
+
+  // Those that have ended: all, or all but the last.
+  std::vector<learner::FinishedStage> Finished() const;
+};
+
+// Both are pure. ParseProcedure: DATA_LOSS naming `source` and what is wrong
+// with it.
+std::string PrintProcedure(const ProcedureRecord& record);
+absl::StatusOr<ProcedureRecord> ParseProcedure(const std::string& text,
+                                               const std::string& source);
+
+// Where the state and rows of a run are that is to be shown: the folder itself,
+// or that of the newest stage of a procedure. Looks at the disk.
+std::string FolderToShow(const std::string& run);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_PROCEDURE_RECORD_H_

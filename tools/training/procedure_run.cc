@@ -1,0 +1,358 @@
+#include "tools/training/procedure_run.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/logging.h"
+#include "common/replace_directory.h"
+#include "common/status_macros.h"
+#include "learner/procedure/procedure.h"
+#include "learner/procedure/stage_recipe.h"
+#include "tools/evaluation/evaluate_bundle.h"
+#include "tools/training/procedure_record.h"
+#include "tools/training/run_folder.h"
+#include "tools/training/task_setup.h"
+
+namespace sinew::tools {
+namespace {
+
+constexpr char kEvaluation[] = "eval.json";
+
+// Copies a folder so that `to` is at any moment the old one or the whole new
+// one.
+absl::Status CopyFolder(const std::string& from, const std::string& to) {
+  const std::string aside = absl::StrCat(to, ".part");
+  SINEW_RETURN_IF_ERROR(RemoveRecursively(aside));
+  std::error_code error;
+  std::filesystem::copy(from, aside, std::filesystem::copy_options::recursive,
+                        error);
+  if (error) {
+    return absl::InternalError(absl::StrCat(from, ": cannot be copied to ",
+                                            aside, ": ", error.message()));
+  }
+  return ReplaceDirectory(aside, to);
+}
+
+// The record of a procedure that begins.
+ProcedureRecord NewRecord(const v1::Recipe& recipe, const TaskSetup& setup) {
+  ProcedureRecord record;
+  record.recipe_sha256 = Sha256Hex(PrintRecipe(recipe));
+  for (const char* role : {"character", "frames", "library", "model"}) {
+    record.assets[role] = Sha256Hex(*setup.assets.at(role));
+  }
+  const v1::MotionLibrary& library = setup.library->manifest();
+  const std::vector<bool> left_out = LeftOutClips(library);
+  record.library_clips = library.clips_size();
+  record.left_out_clips =
+      static_cast<int>(std::count(left_out.begin(), left_out.end(), true));
+  return record;
+}
+
+// Names of the clips that are trained on: not left out and, where the recipe
+// names some, among them.
+std::vector<std::string> TrainedOn(const v1::Recipe& recipe,
+                                   const v1::MotionLibrary& library) {
+  const auto& only = recipe.task().start().only_clips();
+  const absl::flat_hash_set<std::string> named(only.begin(), only.end());
+  const std::vector<bool> left_out = LeftOutClips(library);
+  std::vector<std::string> names;
+  for (int i = 0; i < library.clips_size(); ++i) {
+    const std::string& name = library.clips(i).name();
+    if (!left_out[i] && (named.empty() || named.contains(name))) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+absl::Status CheckOptions(const TrainingRun::Options& options) {
+  if (options.migrate_library) {
+    return absl::InvalidArgumentError(
+        "--migrate-library: expected a run of one training, found a procedure, "
+        "whose finished stages are about the library that it began with");
+  }
+  if (!options.primitives.empty()) {
+    return absl::InvalidArgumentError(
+        "--primitives: expected a recipe with network.composer, found one with "
+        "a procedure, which trains its primitives itself");
+  }
+  return learner::ValidateStages(options.recipe);
+}
+
+class ProcedureRun {
+ public:
+  // `folder` is locked while this lives; borrows the steps.
+  ProcedureRun(const TrainingRun::Options& options, const ProcedureSteps& steps,
+               const StopToken& stop, const TaskSetup& setup,
+               std::unique_ptr<RunFolder> folder)
+      : options_(options),
+        steps_(steps),
+        stop_(stop),
+        clips_(TrainedOn(options.recipe, setup.library->manifest())),
+        folder_(std::move(folder)),
+        record_(NewRecord(options.recipe, setup)) {
+    record_.trained_on_clips = static_cast<int>(clips_.size());
+    for (const auto& clip : setup.library->manifest().clips()) {
+      names_.push_back(clip.name());
+    }
+  }
+
+  absl::Status Load();
+  absl::Status Run();
+
+ private:
+  std::string StagePath(int stage, const std::string& name) const;
+  absl::Status CheckSameInputs(const ProcedureRecord& before) const;
+  absl::Status Save() const;
+  // False: there is no next stage.
+  absl::StatusOr<bool> Decide();
+  // False: it is to go on with the next call.
+  absl::StatusOr<bool> RunStage();
+  TrainingRun::Options StageOptions(int stage) const;
+  // What is left of the procedure's minutes and iterations; false: nothing.
+  bool Bound(TrainingRun::Options& stage) const;
+  absl::StatusOr<std::vector<std::string>> FailedClips(int stage) const;
+  absl::Status End();
+
+  const TrainingRun::Options& options_;
+  const ProcedureSteps& steps_;
+  const StopToken stop_;
+  const std::vector<std::string> clips_;  // trained on
+  std::vector<std::string> names_;        // all of the library
+  const std::unique_ptr<RunFolder> folder_;
+  ProcedureRecord record_;
+};
+
+absl::Status ProcedureRun::Load() {
+  if (clips_.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(options_.motions,
+                     ": expected clips to train on, found none that is neither "
+                     "left out nor outside task.start.only_clips"));
+  }
+  const std::string& file = folder_->procedure();
+  if (!FileExists(file)) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
+  SINEW_ASSIGN_OR_RETURN(ProcedureRecord before, ParseProcedure(text, file));
+  SINEW_RETURN_IF_ERROR(CheckSameInputs(before));
+  record_ = std::move(before);
+  record_.end.reset();
+  return absl::OkStatus();
+}
+
+absl::Status ProcedureRun::CheckSameInputs(
+    const ProcedureRecord& before) const {
+  std::vector<std::string> changed;
+  if (before.recipe_sha256 != record_.recipe_sha256) {
+    changed.push_back("recipe");
+  }
+  for (const auto& [role, sha256] : record_.assets) {
+    const auto old = before.assets.find(role);
+    if (old == before.assets.end() || old->second != sha256) {
+      changed.push_back(role);
+    }
+  }
+  if (changed.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      folder_->path(),
+      ": expected the recipe, character and motion library that the procedure "
+      "was started with, found others (changed: ",
+      absl::StrJoin(changed, ", "), "); give the same, or another --run"));
+}
+
+absl::Status ProcedureRun::Save() const {
+  return WriteFileAtomically(folder_->procedure(), PrintProcedure(record_));
+}
+
+absl::Status ProcedureRun::Run() {
+  while (!stop_.stop_requested()) {
+    SINEW_ASSIGN_OR_RETURN(const bool more, Decide());
+    if (!more) return End();
+    const absl::StatusOr<bool> done = RunStage();
+    if (absl::IsCancelled(done.status()) && stop_.stop_requested()) break;
+    SINEW_RETURN_IF_ERROR(done.status());
+    if (!*done) break;
+  }
+  LogInfo("the procedure is not over; the same command goes on with it");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<bool> ProcedureRun::Decide() {
+  const std::vector<learner::FinishedStage> finished = record_.Finished();
+  learner::Decision decision =
+      learner::NextStage(options_.recipe.procedure(), clips_, finished);
+  if (!decision.next) {
+    record_.end = decision.reason;
+    return false;
+  }
+  const size_t index = finished.size();
+  const std::string directory =
+      absl::StrFormat("stages/%02d_%s", index, StageName(*decision.next));
+  if (index < record_.stages.size()) {
+    const ProcedureRecord::Entry& known = record_.stages[index];
+    if (known.decision.next != decision.next || known.directory != directory ||
+        index + 1 != record_.stages.size()) {
+      return absl::DataLossError(absl::StrCat(
+          folder_->procedure(), ": expected stage ", index, " to be ",
+          directory, ", which follows from those before it, found ",
+          known.directory, " or another set of clips"));
+    }
+    return true;
+  }
+  LogInfo("stage begins", {{"stage", directory}, {"reason", decision.reason}});
+  record_.stages.push_back({.directory = directory,
+                            .decision = std::move(decision),
+                            .finished = {}});
+  SINEW_RETURN_IF_ERROR(Save());
+  return true;
+}
+
+std::string ProcedureRun::StagePath(int stage, const std::string& name) const {
+  return JoinPath(JoinPath(folder_->path(), record_.stages[stage].directory),
+                  name);
+}
+
+TrainingRun::Options ProcedureRun::StageOptions(int stage) const {
+  const learner::Stage& what = *record_.stages[stage].decision.next;
+  TrainingRun::Options options = options_;
+  options.recipe = learner::StageRecipe(options_.recipe, what, stage);
+  options.directory =
+      JoinPath(folder_->path(), record_.stages[stage].directory);
+  options.minutes = 0;
+  options.iterations = 0;
+  if (what.kind != learner::StageKind::kFull) options.init.clear();
+  if (what.from >= 0) options.init = StagePath(what.from, "bundle");
+  for (const int primitive : what.primitives) {
+    options.primitives.push_back(StagePath(primitive, "bundle"));
+  }
+  return options;
+}
+
+bool ProcedureRun::Bound(TrainingRun::Options& stage) const {
+  double seconds = 0;
+  int64_t iterations = 0;
+  for (const learner::FinishedStage& finished : record_.Finished()) {
+    seconds += finished.train_seconds;
+    iterations += finished.iterations;
+  }
+  const double minutes =
+      options_.minutes > 0 ? options_.minutes : options_.recipe.max_minutes();
+  if (minutes > 0) {
+    stage.minutes = minutes - seconds / 60;
+    if (stage.minutes <= 0) return false;
+  }
+  const int64_t most = options_.iterations > 0
+                           ? options_.iterations
+                           : options_.recipe.max_iterations();
+  if (most > 0) {
+    if (iterations >= most) return false;
+    stage.iterations =
+        std::min(most - iterations, stage.recipe.max_iterations());
+  }
+  return true;
+}
+
+absl::StatusOr<bool> ProcedureRun::RunStage() {
+  const int index = static_cast<int>(record_.stages.size()) - 1;
+  TrainingRun::Options options = StageOptions(index);
+  if (!Bound(options)) return false;
+  SINEW_ASSIGN_OR_RETURN(const TrainingRun::Result result,
+                         steps_.train(options));
+  if (!result.finished || stop_.stop_requested()) return false;
+  learner::FinishedStage finished;
+  finished.stage = *record_.stages[index].decision.next;
+  finished.plateau = result.plateau;
+  finished.iterations = result.iterations;
+  finished.samples = result.samples;
+  finished.train_seconds = result.train_seconds;
+  SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(index));
+  LogInfo("stage has ended", {{"stage", record_.stages[index].directory},
+                              {"samples", finished.samples},
+                              {"clips", clips_.size()},
+                              {"failed", finished.failed.size()}});
+  record_.stages[index].finished = std::move(finished);
+  SINEW_RETURN_IF_ERROR(Save());
+  return true;
+}
+
+absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
+    int stage) const {
+  evaluation::EvaluationOptions options;
+  options.starts = options_.recipe.evaluation().starts();
+  options.seconds = options_.recipe.evaluation().seconds();
+  options.threads = options_.cores;
+  SINEW_ASSIGN_OR_RETURN(
+      const EvaluationSummary summary,
+      steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
+                      StagePath(stage, kEvaluation), options));
+  absl::flat_hash_set<std::string> won;
+  for (const ClipSummary& clip : summary.clips) {
+    if (clip.success) won.insert(names_[clip.clip]);
+  }
+  std::vector<std::string> failed = clips_;
+  std::erase_if(failed, [&](const auto& name) { return won.contains(name); });
+  return failed;
+}
+
+absl::Status ProcedureRun::End() {
+  const int result = learner::ResultStage(record_.Finished());
+  SINEW_RETURN_IF_ERROR(
+      CopyFolder(StagePath(result, "bundle"), folder_->bundle()));
+  SINEW_ASSIGN_OR_RETURN(const std::string evaluated,
+                         ReadFile(StagePath(result, kEvaluation)));
+  SINEW_RETURN_IF_ERROR(
+      WriteFileAtomically(JoinPath(folder_->path(), kEvaluation), evaluated));
+  LogInfo("the procedure has ended", {{"reason", *record_.end}});
+  return Save();
+}
+
+}  // namespace
+
+ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
+                               const StopToken& stop) {
+  ProcedureSteps steps;
+  steps.train = [actors, &clock, stop](const TrainingRun::Options& options) {
+    return RunWithActors(options, actors, clock, stop);
+  };
+  steps.evaluate = [stop](const std::string& bundle, const std::string& motions,
+                          const std::string& out,
+                          const evaluation::EvaluationOptions& options)
+      -> absl::StatusOr<EvaluationSummary> {
+    SINEW_ASSIGN_OR_RETURN(
+        evaluation::EvaluationFigures figures,
+        evaluation::EvaluateBundle(bundle, motions, out, options, stop));
+    return std::move(figures.policy);
+  };
+  return steps;
+}
+
+absl::Status RunProcedure(const TrainingRun::Options& options,
+                          const ProcedureSteps& steps, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_ASSIGN_OR_RETURN(
+      const TaskSetup setup,
+      SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
+                options.character, options.motions));
+  SINEW_ASSIGN_OR_RETURN(std::unique_ptr<RunFolder> folder,
+                         RunFolder::Open(options.directory, options.recipe));
+  ProcedureRun run(options, steps, stop, setup, std::move(folder));
+  SINEW_RETURN_IF_ERROR(run.Load());
+  return run.Run();
+}
+
+}  // namespace sinew::tools

@@ -1,0 +1,60 @@
+#ifndef SINEW_TOOLS_TRAINING_PROCEDURE_RUN_H_
+#define SINEW_TOOLS_TRAINING_PROCEDURE_RUN_H_
+
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/clock.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "common/stop.h"
+#include "tools/evaluation/evaluation.h"
+#include "tools/training/run_with_actors.h"
+#include "tools/training/training_run.h"
+
+namespace sinew::tools {
+
+// What a procedure is made of.
+struct ProcedureSteps {
+  // Starts or resumes a run until it is finished, its minutes or iterations are
+  // over, or stop; then its bundle/ is there.
+  std::function<absl::StatusOr<TrainingRun::Result>(
+      const TrainingRun::Options& options)>
+      train;
+  // Evaluates a bundle on a library and writes `out`.
+  std::function<absl::StatusOr<EvaluationSummary>(
+      const std::string& bundle, const std::string& motions,
+      const std::string& out, const evaluation::EvaluationOptions& options)>
+      evaluate;
+};
+
+// RunWithActors and EvaluateBundle. Borrows the clock.
+ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
+                               const StopToken& stop);
+
+// Starts or resumes the procedure of a recipe (learner/procedure/procedure.h)
+// in a run directory:
+//
+//   while there is a next stage:
+//     decide it from those that have finished    -> procedure.json
+//     train it in RUN/stages/NN_NAME, from the bundle of another
+//     evaluate its bundle on the whole library   -> NN_NAME/eval.json
+//     note which clips it fails                  -> procedure.json
+//   bundle and eval.json of the stage that it came to -> RUN
+//
+// What is interrupted anywhere, by a kill too, goes on with the next call and
+// ends with the same weights. options.minutes and iterations (or the recipe's)
+// bound all stages together and leave the rest to the next call.
+//
+// Blocking: until the end, for hours. Errors: INVALID_ARGUMENT: the recipe of a
+// stage, options that a procedure does not know (migrate_library, primitives),
+// another recipe than before; FAILED_PRECONDITION: another library or character
+// than before, a locked folder; DATA_LOSS: procedure.json; those of the steps,
+// after which it may be resumed.
+absl::Status RunProcedure(const TrainingRun::Options& options,
+                          const ProcedureSteps& steps, const StopToken& stop);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_PROCEDURE_RUN_H_
