@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
-#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -14,9 +12,6 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
-#include "common/config/recipe.h"
-#include "common/digest.h"
 #include "common/files.h"
 #include "common/logging.h"
 #include "common/replace_directory.h"
@@ -24,6 +19,7 @@
 #include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
 #include "tools/evaluation/evaluate_bundle.h"
+#include "tools/training/procedure_inputs.h"
 #include "tools/training/procedure_record.h"
 #include "tools/training/run_folder.h"
 #include "tools/training/task_setup.h"
@@ -48,38 +44,6 @@ absl::Status CopyFolder(const std::string& from, const std::string& to) {
   return ReplaceDirectory(aside, to);
 }
 
-// The record of a procedure that begins.
-ProcedureRecord NewRecord(const v1::Recipe& recipe, const TaskSetup& setup) {
-  ProcedureRecord record;
-  record.recipe_sha256 = Sha256Hex(PrintRecipe(recipe));
-  for (const char* role : {"character", "frames", "library", "model"}) {
-    record.assets[role] = Sha256Hex(*setup.assets.at(role));
-  }
-  const v1::MotionLibrary& library = setup.library->manifest();
-  const std::vector<bool> left_out = LeftOutClips(library);
-  record.library_clips = library.clips_size();
-  record.left_out_clips =
-      static_cast<int>(std::count(left_out.begin(), left_out.end(), true));
-  return record;
-}
-
-// Names of the clips that are trained on: not left out and, where the recipe
-// names some, among them.
-std::vector<std::string> TrainedOn(const v1::Recipe& recipe,
-                                   const v1::MotionLibrary& library) {
-  const auto& only = recipe.task().start().only_clips();
-  const absl::flat_hash_set<std::string> named(only.begin(), only.end());
-  const std::vector<bool> left_out = LeftOutClips(library);
-  std::vector<std::string> names;
-  for (int i = 0; i < library.clips_size(); ++i) {
-    const std::string& name = library.clips(i).name();
-    if (!left_out[i] && (named.empty() || named.contains(name))) {
-      names.push_back(name);
-    }
-  }
-  return names;
-}
-
 absl::Status CheckOptions(const TrainingRun::Options& options) {
   if (options.migrate_library) {
     return absl::InvalidArgumentError(
@@ -98,26 +62,20 @@ class ProcedureRun {
  public:
   // `folder` is locked while this lives; borrows the steps.
   ProcedureRun(const TrainingRun::Options& options, const ProcedureSteps& steps,
-               const StopToken& stop, const TaskSetup& setup,
+               const StopToken& stop, ProcedureInputs inputs,
                std::unique_ptr<RunFolder> folder)
       : options_(options),
         steps_(steps),
         stop_(stop),
-        clips_(TrainedOn(options.recipe, setup.library->manifest())),
+        inputs_(std::move(inputs)),
         folder_(std::move(folder)),
-        record_(NewRecord(options.recipe, setup)) {
-    record_.trained_on_clips = static_cast<int>(clips_.size());
-    for (const auto& clip : setup.library->manifest().clips()) {
-      names_.push_back(clip.name());
-    }
-  }
+        record_(inputs_.record) {}
 
   absl::Status Load();
   absl::Status Run();
 
  private:
   std::string StagePath(int stage, const std::string& name) const;
-  absl::Status CheckSameInputs(const ProcedureRecord& before) const;
   absl::Status Save() const;
   // False: there is no next stage.
   absl::StatusOr<bool> Decide();
@@ -132,47 +90,20 @@ class ProcedureRun {
   const TrainingRun::Options& options_;
   const ProcedureSteps& steps_;
   const StopToken stop_;
-  const std::vector<std::string> clips_;  // trained on
-  std::vector<std::string> names_;        // all of the library
+  const ProcedureInputs inputs_;
   const std::unique_ptr<RunFolder> folder_;
   ProcedureRecord record_;
 };
 
 absl::Status ProcedureRun::Load() {
-  if (clips_.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(options_.motions,
-                     ": expected clips to train on, found none that is neither "
-                     "left out nor outside task.start.only_clips"));
-  }
-  const std::string& file = folder_->procedure();
+  const std::string file = folder_->procedure();
   if (!FileExists(file)) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
   SINEW_ASSIGN_OR_RETURN(ProcedureRecord before, ParseProcedure(text, file));
-  SINEW_RETURN_IF_ERROR(CheckSameInputs(before));
+  SINEW_RETURN_IF_ERROR(CheckSameInputs(before, record_, folder_->path()));
   record_ = std::move(before);
   record_.end.reset();
   return absl::OkStatus();
-}
-
-absl::Status ProcedureRun::CheckSameInputs(
-    const ProcedureRecord& before) const {
-  std::vector<std::string> changed;
-  if (before.recipe_sha256 != record_.recipe_sha256) {
-    changed.push_back("recipe");
-  }
-  for (const auto& [role, sha256] : record_.assets) {
-    const auto old = before.assets.find(role);
-    if (old == before.assets.end() || old->second != sha256) {
-      changed.push_back(role);
-    }
-  }
-  if (changed.empty()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      folder_->path(),
-      ": expected the recipe, character and motion library that the procedure "
-      "was started with, found others (changed: ",
-      absl::StrJoin(changed, ", "), "); give the same, or another --run"));
 }
 
 absl::Status ProcedureRun::Save() const {
@@ -194,8 +125,8 @@ absl::Status ProcedureRun::Run() {
 
 absl::StatusOr<bool> ProcedureRun::Decide() {
   const std::vector<learner::FinishedStage> finished = record_.Finished();
-  learner::Decision decision =
-      learner::NextStage(options_.recipe.procedure(), clips_, finished);
+  learner::Decision decision = learner::NextStage(options_.recipe.procedure(),
+                                                  inputs_.trained_on, finished);
   if (!decision.next) {
     record_.end = decision.reason;
     return false;
@@ -283,7 +214,7 @@ absl::StatusOr<bool> ProcedureRun::RunStage() {
   SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(index));
   LogInfo("stage has ended", {{"stage", record_.stages[index].directory},
                               {"samples", finished.samples},
-                              {"clips", clips_.size()},
+                              {"clips", inputs_.trained_on.size()},
                               {"failed", finished.failed.size()}});
   record_.stages[index].finished = std::move(finished);
   SINEW_RETURN_IF_ERROR(Save());
@@ -302,9 +233,9 @@ absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
                       StagePath(stage, kEvaluation), options));
   absl::flat_hash_set<std::string> won;
   for (const ClipSummary& clip : summary.clips) {
-    if (clip.success) won.insert(names_[clip.clip]);
+    if (clip.success) won.insert(inputs_.clips[clip.clip]);
   }
-  std::vector<std::string> failed = clips_;
+  std::vector<std::string> failed = inputs_.trained_on;
   std::erase_if(failed, [&](const auto& name) { return won.contains(name); });
   return failed;
 }
@@ -348,9 +279,11 @@ absl::Status RunProcedure(const TrainingRun::Options& options,
       const TaskSetup setup,
       SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
                 options.character, options.motions));
+  SINEW_ASSIGN_OR_RETURN(ProcedureInputs inputs,
+                         MakeProcedureInputs(options.recipe, setup));
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<RunFolder> folder,
                          RunFolder::Open(options.directory, options.recipe));
-  ProcedureRun run(options, steps, stop, setup, std::move(folder));
+  ProcedureRun run(options, steps, stop, std::move(inputs), std::move(folder));
   SINEW_RETURN_IF_ERROR(run.Load());
   return run.Run();
 }

@@ -1,0 +1,66 @@
+#include "tools/training/procedure_inputs.h"
+
+#include <algorithm>
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/evaluation/evaluation_summary.h"
+
+namespace sinew::tools {
+
+absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
+                                                    const TaskSetup& setup) {
+  const auto& only = recipe.task().start().only_clips();
+  const absl::flat_hash_set<std::string> named(only.begin(), only.end());
+  const v1::MotionLibrary& library = setup.library->manifest();
+  const std::vector<bool> left_out = LeftOutClips(library);
+  ProcedureInputs inputs;
+  for (int i = 0; i < library.clips_size(); ++i) {
+    const std::string& name = library.clips(i).name();
+    inputs.clips.push_back(name);
+    if (!left_out[i] && (named.empty() || named.contains(name))) {
+      inputs.trained_on.push_back(name);
+    }
+  }
+  if (inputs.trained_on.empty()) {
+    return absl::InvalidArgumentError(
+        "the motion library: expected clips to train on, found none that is "
+        "neither left out nor outside task.start.only_clips");
+  }
+  ProcedureRecord& record = inputs.record;
+  record.recipe_sha256 = Sha256Hex(PrintRecipe(recipe));
+  for (const char* role : {"character", "frames", "library", "model"}) {
+    record.assets[role] = Sha256Hex(*setup.assets.at(role));
+  }
+  record.library_clips = library.clips_size();
+  record.trained_on_clips = static_cast<int>(inputs.trained_on.size());
+  record.left_out_clips =
+      static_cast<int>(std::count(left_out.begin(), left_out.end(), true));
+  return inputs;
+}
+
+absl::Status CheckSameInputs(const ProcedureRecord& found,
+                             const ProcedureRecord& expected,
+                             const std::string& run) {
+  std::vector<std::string> changed;
+  if (found.recipe_sha256 != expected.recipe_sha256) {
+    changed.push_back("recipe");
+  }
+  for (const auto& [role, sha256] : expected.assets) {
+    const auto old = found.assets.find(role);
+    if (old == found.assets.end() || old->second != sha256) {
+      changed.push_back(role);
+    }
+  }
+  if (changed.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      run,
+      ": expected the recipe, character and motion library that the procedure "
+      "was started with, found others (changed: ",
+      absl::StrJoin(changed, ", "), "); give the same, or another --run"));
+}
+
+}  // namespace sinew::tools
