@@ -96,9 +96,7 @@ Json ClipsJson(const v1::CurriculumTable& table, int hardest) {
   return clips;
 }
 
-Json BinsJson(const RunCurriculum& curriculum, int hardest) {
-  const v1::CurriculumTable& table = curriculum.table;
-  const double rate = curriculum.frames_per_second;
+Json BinsJson(const v1::CurriculumTable& table, double rate, int hardest) {
   Json bins = Json::array();
   for (const int b : learner::HardestBins(table, hardest)) {
     const v1::CurriculumTable::Bin& bin = table.bins(b);
@@ -156,14 +154,16 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
 }
 
 Json CurriculumJson(const RunCurriculum& curriculum, int hardest) {
+  const v1::CurriculumTable drawn = learner::DrawnPart(
+      curriculum.table, *learner::MakeStartRule(curriculum.start));
   return {{"run", curriculum.run},
           {"iteration", curriculum.iteration},
           {"samples", curriculum.samples},
           {"rule", RuleName(curriculum.start.rule())},
           {"bin_seconds", curriculum.start.bin_seconds()},
           {"summary", SummaryJson(curriculum.summary)},
-          {"clips", ClipsJson(curriculum.table, hardest)},
-          {"bins", BinsJson(curriculum, hardest)},
+          {"clips", ClipsJson(drawn, hardest)},
+          {"bins", BinsJson(drawn, curriculum.frames_per_second, hardest)},
           {"left_out", LeftOutJson(curriculum.table)}};
 }
 

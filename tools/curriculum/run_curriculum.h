@@ -33,11 +33,12 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
 // As JSON:
 //
 //   run, iteration, samples, rule ("adaptive_bins"), bin_seconds
-//   summary   clips, left_out_clips, bins, entropy, entropy_share, floor_share,
-//             largest_clip_share, clips_of_half, failure_rate, hardest_share,
-//             hardest_failure_rate, evaluated_clips, hard_clips, worst_success
-//   clips     the `hardest` ones that are trained on, hardest first: name,
-//             visits, failures, failure_rate, probability, last_seen,
+//   summary   clips, left_out_clips, drawn_clips, bins, entropy, entropy_share,
+//             floor_share, largest_clip_share, clips_of_half, failure_rate,
+//             hardest_share, hardest_failure_rate, evaluated_clips, hard_clips,
+//             worst_success
+//   clips     the `hardest` ones that starts are drawn from, hardest first:
+//             name, visits, failures, failure_rate, probability, last_seen,
 //             evaluations, failed_evaluations, failed_latest, succeeded_share,
 //             mean_error_mm (the last three null: never evaluated)
 //   bins      the `hardest` ones: clip, from_s, to_s, visits, failures,

@@ -33,8 +33,11 @@ class CurriculumCommand : public ::testing::Test {
 
   std::string Run() const { return folder_->path(); }
 
-  void WriteConfig() const {
+  void WriteConfig(const std::string& only_clip = "") const {
     v1::Recipe recipe;
+    if (!only_clip.empty()) {
+      recipe.mutable_task()->mutable_start()->add_only_clips(only_clip);
+    }
     recipe.mutable_task()->mutable_start()->set_rule(
         v1::Start::RULE_ADAPTIVE_BINS);
     ASSERT_THAT(WriteFileAtomically(JoinPath(Run(), "config.textproto"),
@@ -167,6 +170,26 @@ TEST_F(CurriculumCommand, SaysItInWords) {
               HasSubstr("3 of 4 failed; latest: 25 % of starts, 81 mm"));
   EXPECT_THAT(*output, HasSubstr("hardest bins"));
   EXPECT_THAT(*output, HasSubstr("left out of training"));
+}
+
+TEST_F(CurriculumCommand, SaysHowManyClipsStartsAreDrawnFrom) {
+  WriteConfig("walk");
+  SaveState(4);
+
+  const auto text = Output();
+  const auto output = Output(" --json");
+
+  ASSERT_THAT(text, IsOk());
+  EXPECT_THAT(*text, HasSubstr("2 clips (1 more left out), starts from 1 of "
+                               "them, 2 bins"));
+  EXPECT_THAT(*text, HasSubstr("2 clips evaluated, 1 failed the latest time"));
+  ASSERT_THAT(output, IsOk());
+  const Json json = Json::parse(*output);
+  EXPECT_EQ(json["summary"]["clips"], 2);
+  EXPECT_EQ(json["summary"]["drawn_clips"], 1);
+  ASSERT_EQ(json["clips"].size(), 1u);
+  EXPECT_EQ(json["clips"][0]["name"], "walk");
+  EXPECT_EQ(json["bins"].size(), 2u);
 }
 
 TEST_F(CurriculumCommand, ReadsWhileTheLearnerHoldsTheStore) {

@@ -13,6 +13,7 @@
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/training_state.pb.h"
 #include "tools/training/process_cpu.h"
 
 namespace sinew::tools {
