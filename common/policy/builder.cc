@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "common/policy/graph_error.h"
+#include "common/policy/graph_writer.h"
 #include "common/policy/orthogonal.h"
 #include "common/policy/validate.h"
 #include "common/random/philox.h"
@@ -20,6 +21,7 @@ namespace sinew::policy {
 namespace {
 
 using internal::Bad;
+using internal::GraphWriter;
 
 absl::StatusOr<v1::Op> ActivationOp(v1::Network::Activation activation) {
   switch (activation) {
@@ -47,6 +49,17 @@ absl::Status CheckWidth(absl::string_view name, int64_t width) {
   return Bad(name, ": expected >= 1, found ", width);
 }
 
+absl::Status CheckComposer(const v1::Composer& composer) {
+  if (composer.primitives() < 2 || composer.primitives() > 16) {
+    return Bad("network.composer.primitives: expected 2 to 16, found ",
+               composer.primitives());
+  }
+  for (const int32_t width : composer.hidden()) {
+    SINEW_RETURN_IF_ERROR(CheckWidth("network.composer.hidden", width));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckOptions(const TrackingPolicyOptions& options) {
   const v1::Network& network = options.network;
   SINEW_RETURN_IF_ERROR(
@@ -64,121 +77,120 @@ absl::Status CheckOptions(const TrackingPolicyOptions& options) {
   for (const int32_t width : network.value_hidden()) {
     SINEW_RETURN_IF_ERROR(CheckWidth("network.value_hidden", width));
   }
+  if (network.has_composer()) {
+    SINEW_RETURN_IF_ERROR(CheckComposer(network.composer()));
+  }
   return ActivationOp(network.activation()).status();
 }
 
-// Adds nodes to one graph, and the parameters that they name.
-class GraphWriter {
- public:
-  GraphWriter(v1::PolicyGraph& all, v1::Graph& graph)
-      : all_(all), graph_(graph) {}
-
-  void Input(const std::string& name, int64_t width,
-             v1::GraphInput::Kind kind) {
-    v1::GraphInput* input = graph_.add_inputs();
-    input->set_name(name);
-    input->set_width(width);
-    input->set_kind(kind);
-  }
-
-  v1::Node& Node(const std::string& name, v1::Op op,
-                 absl::Span<const std::string> inputs,
-                 absl::Span<const std::string> parameters = {}) {
-    v1::Node* node = graph_.add_nodes();
-    node->set_name(name);
-    node->set_op(op);
-    for (const std::string& input : inputs) node->add_inputs(input);
-    for (const std::string& one : parameters) node->add_parameters(one);
-    return *node;
-  }
-
-  // Shared by name: a parameter that exists already is left alone.
-  void Parameter(const std::string& name, absl::Span<const int64_t> shape,
-                 bool frozen) {
-    for (const v1::Parameter& known : all_.parameters()) {
-      if (known.name() == name) return;
-    }
-    v1::Parameter* parameter = all_.add_parameters();
-    parameter->set_name(name);
-    parameter->mutable_shape()->Add(shape.begin(), shape.end());
-    parameter->set_frozen(frozen);
-  }
-
-  void Linear(const std::string& name, const std::string& input,
-              const std::string& prefix, int64_t in, int64_t out) {
-    const std::string weight = prefix + "/weight";
-    const std::string bias = prefix + "/bias";
-    Parameter(weight, {out, in}, /*frozen=*/false);
-    Parameter(bias, {out}, /*frozen=*/false);
-    Node(name, v1::OP_LINEAR, {input}, {weight, bias});
-  }
-
-  v1::Tap& Tap(const std::string& name) {
-    v1::Tap* tap = graph_.add_taps();
-    tap->set_name(name);
-    tap->set_value(name);
-    return *tap;
-  }
-
- private:
-  v1::PolicyGraph& all_;
-  v1::Graph& graph_;
+// One network: from the observation to its last, linear layer.
+struct Part {
+  absl::Span<const int32_t> hidden;
+  std::string layers;  // its parameters: LAYERS/linear_i/..., LAYERS/LAST/...
+  std::string last;    // name of the last node
+  int64_t width = 0;   // of it
+  std::string prefix = {};  // before all its names
+  bool frozen = false;
 };
 
-// From the observation to the last, linear layer, which is called `output`.
-void AddNetwork(const TrackingPolicyOptions& options,
-                absl::Span<const int32_t> hidden, const std::string& prefix,
-                const std::string& output, int64_t output_width,
+void AddNetwork(const TrackingPolicyOptions& options, const Part& part,
                 GraphWriter& writer) {
   const v1::Network& network = options.network;
   const v1::Op activation = *ActivationOp(network.activation());
   int64_t width = options.observation_width;
-  writer.Input("observation", width, v1::GraphInput::KIND_DATA);
-  writer.Parameter("normaliser/mean", {width}, /*frozen=*/true);
-  writer.Parameter("normaliser/inverse_std", {width}, /*frozen=*/true);
-  writer.Node("normalised", v1::OP_NORMALISE, {"observation"},
-              {"normaliser/mean", "normaliser/inverse_std"});
-  v1::Node& clamp = writer.Node("clipped", v1::OP_CLAMP, {"normalised"});
+  const std::string mean = part.prefix + "normaliser/mean";
+  const std::string inverse_std = part.prefix + "normaliser/inverse_std";
+  writer.Parameter(mean, {width}, /*frozen=*/true);
+  writer.Parameter(inverse_std, {width}, /*frozen=*/true);
+  const std::string normalised = part.prefix + "normalised";
+  writer.Node(normalised, v1::OP_NORMALISE, {"observation"},
+              {mean, inverse_std});
+  std::string value = part.prefix + "clipped";
+  v1::Node& clamp = writer.Node(value, v1::OP_CLAMP, {normalised});
   clamp.set_low(-network.observation_clip());
   clamp.set_high(network.observation_clip());
-  std::string last = "clipped";
-  for (size_t i = 0; i < hidden.size(); ++i) {
-    const std::string name = absl::StrCat("hidden_", i);
-    writer.Linear(name, last, absl::StrCat(prefix, "/linear_", i), width,
-                  hidden[i]);
-    last = name + "_activation";
-    writer.Node(last, activation, {name});
-    width = hidden[i];
+  const std::string layers = part.prefix + part.layers;
+  for (size_t i = 0; i < part.hidden.size(); ++i) {
+    const std::string name = absl::StrCat(part.prefix, "hidden_", i);
+    writer.Linear(name, value, absl::StrCat(layers, "/linear_", i),
+                  {part.hidden[i], width}, part.frozen);
+    value = name + "_activation";
+    writer.Node(value, activation, {name});
+    width = part.hidden[i];
   }
-  writer.Linear(output, last, absl::StrCat(prefix, "/", output), width,
-                output_width);
+  writer.Linear(part.prefix + part.last, value,
+                absl::StrCat(layers, "/", part.last), {part.width, width},
+                part.frozen);
+}
+
+// The node "mean" of a composer and its primitives.
+void AddComposedMean(const TrackingPolicyOptions& options,
+                     GraphWriter& writer) {
+  const v1::Composer& composer = options.network.composer();
+  AddNetwork(options,
+             {.hidden = composer.hidden(),
+              .layers = "composer",
+              .last = "weights",
+              .width = composer.primitives()},
+             writer);
+  std::vector<std::string> inputs = {"weights"};
+  for (int k = 0; k < composer.primitives(); ++k) {
+    const std::string prefix = PrimitiveParameter(k, "");
+    AddNetwork(options,
+               {.hidden = options.network.policy_hidden(),
+                .layers = "policy",
+                .last = "mean",
+                .width = options.action_width,
+                .prefix = prefix,
+                .frozen = true},
+               writer);
+    inputs.push_back(prefix + "mean");
+  }
+  writer.Node("mean", v1::OP_WEIGHTED_SUM, inputs);
 }
 
 void AddPolicy(const TrackingPolicyOptions& options, v1::PolicyGraph& all) {
   v1::Graph& graph = *all.add_graphs();
   graph.set_name("policy");
   GraphWriter writer(all, graph);
-  AddNetwork(options, options.network.policy_hidden(), "policy", "mean",
-             options.action_width, writer);
+  writer.Input("observation", options.observation_width,
+               v1::GraphInput::KIND_DATA);
+  if (options.network.has_composer()) {
+    AddComposedMean(options, writer);
+  } else {
+    AddNetwork(options,
+               {.hidden = options.network.policy_hidden(),
+                .layers = "policy",
+                .last = "mean",
+                .width = options.action_width},
+               writer);
+  }
   writer.Input("noise", options.action_width, v1::GraphInput::KIND_NORMAL);
   writer.Parameter("policy/std", {options.action_width}, /*frozen=*/true);
   writer.Node("exploration", v1::OP_AFFINE, {"noise"}, {"policy/std"});
   writer.Node("action", v1::OP_ADD, {"mean", "exploration"});
-  v1::Tap& action = writer.Tap("action");
+  v1::Tap& action = writer.Tap("action", "action");
   action.set_executed(true);
   action.set_recorded(true);
   action.mutable_gaussian()->set_mean("mean");
   action.mutable_gaussian()->set_std_parameter("policy/std");
-  writer.Tap("mean").set_recorded(true);
+  writer.Tap("mean", "mean").set_recorded(true);
+  if (options.network.has_composer()) writer.Tap("composer_weights", "weights");
 }
 
 void AddCritic(const TrackingPolicyOptions& options, v1::PolicyGraph& all) {
   v1::Graph& graph = *all.add_graphs();
   graph.set_name("critic");
   GraphWriter writer(all, graph);
-  AddNetwork(options, options.network.value_hidden(), "critic", "value",
-             /*output_width=*/1, writer);
-  writer.Tap("value");
+  writer.Input("observation", options.observation_width,
+               v1::GraphInput::KIND_DATA);
+  AddNetwork(options,
+             {.hidden = options.network.value_hidden(),
+              .layers = "critic",
+              .last = "value",
+              .width = 1},
+             writer);
+  writer.Tap("value", "value");
 }
 
 HostTensor Constant(const std::vector<int64_t>& shape, double value) {
@@ -191,9 +203,20 @@ HostTensor Constant(const std::vector<int64_t>& shape, double value) {
 
 // Gain of a layer's orthogonal weight.
 double Gain(const std::string& weight, const v1::Network& network) {
-  if (weight == "policy/mean/weight") return network.last_layer_gain();
+  if (weight == "policy/mean/weight" || weight == "composer/weights/weight") {
+    return network.last_layer_gain();
+  }
   if (weight == "critic/value/weight") return 1.0;
   return std::numbers::sqrt2;
+}
+
+// Of all elements of a parameter that is not drawn.
+double InitialConstant(const std::string& name, const v1::Network& network) {
+  if (name == "policy/std") return network.initial_std();
+  if (name == "composer/weights/bias") {
+    return 1.0 / network.composer().primitives();
+  }
+  return absl::EndsWith(name, "normaliser/inverse_std") ? 1.0 : 0.0;
 }
 
 }  // namespace
@@ -218,19 +241,21 @@ absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
     const std::string& name = graph.parameters(i).name();
     const std::vector<int64_t> shape(graph.parameters(i).shape().begin(),
                                      graph.parameters(i).shape().end());
-    if (absl::EndsWith(name, "/weight")) {
+    if (absl::EndsWith(name, "/weight") && !graph.parameters(i).frozen()) {
       const RandomKey key = {.seed = seed,
                              .environment = static_cast<uint64_t>(i),
                              .purpose = RandomPurpose::kInitialisation};
       weights[name] = OrthogonalWeight(shape[0], shape[1],
                                        Gain(name, options.network), key);
-    } else if (name == "policy/std") {
-      weights[name] = Constant(shape, options.network.initial_std());
     } else {
-      weights[name] = Constant(shape, name == "normaliser/inverse_std");
+      weights[name] = Constant(shape, InitialConstant(name, options.network));
     }
   }
   return weights;
+}
+
+std::string PrimitiveParameter(int primitive, absl::string_view name) {
+  return absl::StrCat("primitive_", primitive, "/", name);
 }
 
 }  // namespace sinew::policy

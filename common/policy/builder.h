@@ -2,8 +2,10 @@
 #define SINEW_COMMON_POLICY_BUILDER_H_
 
 #include <cstdint>
+#include <string>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/policy/safetensors.h"
 #include "proto/sinew/v1/graph.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
@@ -40,6 +42,26 @@ namespace sinew::policy {
 //   critic/linear_i/weight, critic/linear_i/bias   as in the policy
 //   critic/value/weight     [1, ...]    orthogonal, gain 1
 //   critic/value/bias       [1]         0
+//
+// With network.composer of K primitives and hidden widths c_j, "mean" of the
+// graph "policy" is another node, and the rest stays as it is:
+//
+//   normalised, clipped, hidden_j, hidden_j_activation as above, of widths c_j
+//   weights                 LINEAR     last activation        K
+//   primitive_k/...         normalised to mean as above, of policy_hidden, for
+//                           k = 0 ... K - 1
+//   mean                    WEIGHTED_SUM  weights, primitive_0/mean, ...   A
+//   further tap: "composer_weights", the value of "weights"
+//
+//   composer/linear_j/weight, composer/linear_j/bias   as in the policy
+//   composer/weights/weight [K, ...]    orthogonal, gain last_layer_gain
+//   composer/weights/bias   [K]         1 / K
+//   primitive_k/NAME        as NAME     0           F; its inverse_std 1
+//   with NAME = normaliser/mean, normaliser/inverse_std, policy/linear_i/...,
+//   policy/mean/... of a policy without composer
+//
+// So a run begins close to the mean of its primitives, whose weights come from
+// elsewhere; "normaliser/..." is the composer's and the critic's.
 struct TrackingPolicyOptions {
   // Both >= 1.
   int64_t observation_width = 0;
@@ -60,6 +82,10 @@ absl::StatusOr<v1::PolicyGraph> BuildTrackingPolicy(
 // purpose = kInitialisation}.
 absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
                                          uint64_t seed);
+
+// The name that parameter `name` of a policy without composer has as a part of
+// the composer's primitive number `primitive`.
+std::string PrimitiveParameter(int primitive, absl::string_view name);
 
 }  // namespace sinew::policy
 

@@ -65,6 +65,7 @@ class Learner final : public PpoLearner {
       : recipe_(recipe),
         graph_(std::move(graph)),
         networks_(std::move(networks)),
+        has_primitives_(!recipe.network().has_composer()),
         pool_(options.ranks, UseOneThread),
         mirror_(recipe.ppo().mirror() ? options.mirror : std::nullopt),
         batch_(
@@ -76,6 +77,7 @@ class Learner final : public PpoLearner {
   absl::StatusOr<UpdateStatistics> Update(
       absl::Span<const v1::Segment* const> segments,
       int64_t iteration) override {
+    SINEW_RETURN_IF_ERROR(CheckPrimitives());
     SINEW_ASSIGN_OR_RETURN(const std::vector<const v1::Segment*> all,
                            WithMirrorImages(segments));
     SINEW_RETURN_IF_ERROR(batch_.Reset(all));
@@ -127,6 +129,8 @@ class Learner final : public PpoLearner {
   absl::Status Load(const TensorMap& tensors,
                     const v1::TrainingState& state) override;
   absl::Status InitFrom(const TensorMap& weights) override;
+  absl::Status InitFromPrimitives(
+      absl::Span<const Primitive> primitives) override;
 
   void SetFactors(double std_factor, double learning_rate_factor) override {
     learning_rate_factor_ = learning_rate_factor;
@@ -141,6 +145,8 @@ class Learner final : public PpoLearner {
   }
 
  private:
+  absl::Status BeginWith(const TensorMap& weights);
+
   // The segments, then their mirror images if the recipe asks for them.
   absl::StatusOr<std::vector<const v1::Segment*>> WithMirrorImages(
       absl::Span<const v1::Segment* const> segments) {
@@ -155,6 +161,14 @@ class Learner final : public PpoLearner {
         }));
     for (const v1::Segment& image : images_) all.push_back(&image);
     return all;
+  }
+
+  absl::Status CheckPrimitives() const {
+    if (has_primitives_) return absl::OkStatus();
+    return absl::FailedPreconditionError(
+        absl::StrCat("recipe field network.composer: expected the weights of ",
+                     recipe_.network().composer().primitives(),
+                     " primitives before the first update, found none"));
   }
 
   absl::Status CheckSize() const {
@@ -229,9 +243,11 @@ class Learner final : public PpoLearner {
     statistics.policy_learning_rate = PolicyRate();
     statistics.value_learning_rate = ValueRate();
     statistics.std_factor = std_factor_;
+    const NetworkFlops policy = networks_->flops(NetworkId::kPolicy);
+    const NetworkFlops value = networks_->flops(NetworkId::kValue);
     statistics.flops =
         static_cast<double>(batch_.rows() + batch_.bootstrap_rows()) *
-        networks_->flops(NetworkId::kValue).forward;
+        (policy.load + value.load + value.forward);
     return statistics;
   }
 
@@ -266,6 +282,7 @@ class Learner final : public PpoLearner {
   const v1::Recipe recipe_;  // defaults filled
   const v1::PolicyGraph graph_;
   const std::unique_ptr<PpoNetworks> networks_;
+  bool has_primitives_;  // or needs none
   RankPool pool_;
   const std::optional<SegmentMirror> mirror_;
   std::vector<v1::Segment> images_;  // of this update
@@ -307,36 +324,34 @@ absl::Status Learner::Load(const TensorMap& tensors,
   std_factor_ = factors[0];
   learning_rate_factor_ = factors[1];
   adaptive_factor_ = state.learning_rate_factor();
+  has_primitives_ = true;
   return absl::OkStatus();
 }
 
 absl::Status Learner::InitFrom(const TensorMap& weights) {
   TensorMap own = networks_->SaveWeights();
-  SINEW_RETURN_IF_ERROR(CheckFinite(weights, "initial weights"));
-  int taken = 0;
-  for (auto& [name, tensor] : own) {
-    const auto found = weights.find(name);
-    if (name == kStd || found == weights.end()) continue;
-    if (found->second.dtype != tensor.dtype ||
-        found->second.shape != tensor.shape) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("initial weights: tensor ", name, ": expected shape [",
-                       absl::StrJoin(tensor.shape, ", "), "], found [",
-                       absl::StrJoin(found->second.shape, ", "), "]"));
-    }
-    tensor = found->second;
-    ++taken;
-  }
-  if (taken == 0) {
+  SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
+  return BeginWith(own);
+}
+
+absl::Status Learner::InitFromPrimitives(
+    absl::Span<const Primitive> primitives) {
+  if (!recipe_.network().has_composer()) {
     return absl::InvalidArgumentError(
-        "initial weights: expected parameters of this recipe's networks, found "
-        "none of them");
+        "recipe field network.composer: expected a composer over the "
+        "primitives that were given, found none");
   }
-  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
-  if (weights.contains(kMean) && weights.contains(kInverseStd)) {
-    InheritMoments(own.at(kMean).float32(), own.at(kInverseStd).float32(),
-                   kInheritedRows, moments_);
-  }
+  TensorMap own = networks_->SaveWeights();
+  SINEW_RETURN_IF_ERROR(TakePrimitives(primitives, own));
+  return BeginWith(own);
+}
+
+// With the normaliser's statistics as if from kInheritedRows rows.
+absl::Status Learner::BeginWith(const TensorMap& weights) {
+  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
+  InheritMoments(weights.at(kMean).float32(), weights.at(kInverseStd).float32(),
+                 kInheritedRows, moments_);
+  has_primitives_ = true;
   return absl::OkStatus();
 }
 

@@ -12,6 +12,7 @@
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"
 #include "common/segment/mirror.h"
+#include "learner/ppo/initial_weights.h"
 #include "proto/sinew/v1/graph.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -45,10 +46,17 @@ struct UpdateStatistics {
 // order whatever the number of ranks (threads), so the result is a pure
 // function of (state, segments, recipe).
 //
+// Under network.composer the policy's primitives are frozen: they are computed
+// once per update, and part of the state, so that a run resumes without their
+// bundles. They come by Load, InitFrom or InitFromPrimitives before the first
+// Update.
+//
 // Thread-safety: one caller. Ownership: owns networks and `ranks` threads.
 // Blocking: Update computes for up to seconds. Errors: INVALID_ARGUMENT for
-// segments that do not fit; bfloat16 on a CPU without it, or "cuda" without a
-// device: FAILED_PRECONDITION at Create, saying what was asked and found.
+// segments or weights that do not fit, nothing has changed then;
+// FAILED_PRECONDITION at Create for bfloat16 on a CPU without it, or "cuda"
+// without a device, saying what was asked and found, and at Update for a
+// composer without primitives.
 class PpoLearner {
  public:
   struct Options {
@@ -81,8 +89,13 @@ class PpoLearner {
   virtual void SaveCounters(v1::TrainingState& state) const = 0;
   virtual absl::Status Load(const TensorMap& tensors,
                             const v1::TrainingState& state) = 0;
-  // Weights only (--init BUNDLE): parameters of equal name and shape.
+  // Weights only (--init BUNDLE): parameters of equal name and shape, the
+  // policy's all of them.
   virtual absl::Status InitFrom(const TensorMap& weights) = 0;
+  // Of a recipe with network.composer: the frozen policies that it weighs
+  // (--primitives BUNDLES), in their order.
+  virtual absl::Status InitFromPrimitives(
+      absl::Span<const Primitive> primitives) = 0;
 
   // Annealing: factors on std and learning rates, in effect from the next
   // snapshot / update on.

@@ -156,7 +156,10 @@ class Networks final : public PpoNetworks {
   }
 
   NetworkFlops flops(NetworkId network) const override {
-    return {Of(network).forward_flops(), Of(network).backward_flops()};
+    const TrainedNetwork& one = Of(network);
+    return {.load = one.load_flops(),
+            .forward = one.forward_flops(),
+            .backward = one.backward_flops()};
   }
 
   absl::Status LoadWeights(const TensorMap& weights) override {

@@ -28,6 +28,7 @@ struct GradientFigures {
 
 // Floating-point operations per row of the products, multiply-adds counting 2.
 struct NetworkFlops {
+  double load = 0;  // of LoadObservations
   double forward = 0;
   double backward = 0;
 };
@@ -52,8 +53,9 @@ struct NetworkFlops {
 //   value loss  = s sum w (v - R)^2 / 2
 //   KL          = sum over actions ((m - m_old) / std)^2 / 2, at today's std
 //
-// What no trained parameter influences (normaliser and clamp) is computed once
-// per batch, in LoadObservations: it stays as it was then.
+// What no trained parameter influences (normaliser and clamp, a composer's
+// primitives) is computed once per batch, in LoadObservations: it stays as it
+// was then.
 //
 // Thread-safety: as above. Each thread has called UseOneThread. Ownership:
 //   owns all tensors; SetTargets borrows the batch until the next Reserve.

@@ -45,6 +45,8 @@ class TrainedNetwork {
       const v1::PolicyGraph& graph, const Options& options,
       absl::Span<const at::Tensor> frozen, const at::Device& device);
 
+  // Per row: from the input to the frontier, from there on, and back to there.
+  double load_flops() const { return prefix_.forward_flops; }
   double forward_flops() const { return plan_.forward_flops; }
   double backward_flops() const { return plan_.backward_flops; }
   ParameterBuffer& weights() { return weights_; }

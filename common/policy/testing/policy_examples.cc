@@ -1,4 +1,5 @@
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/policy/builder.h"
 #include "common/policy/testing/example_writer.h"
@@ -47,6 +48,38 @@ Example Tracking(const TrackingSize& size, v1::Network::Activation activation,
   FillNormal({.seed = 12}, mean.mutable_float32());
   HostTensor& inverse_std = example.weights.at("normaliser/inverse_std");
   FillUniform({.seed = 13}, inverse_std.mutable_float32());
+  return example;
+}
+
+// A composer over primitives that differ, normalisers included.
+Example Composer(int primitives, std::vector<int32_t> hidden) {
+  const TrackingSize size = {"", 40, 7, {33, 24}};
+  const TrackingPolicyOptions alone =
+      PolicyOptions(size, v1::Network::ACTIVATION_SILU);
+  TrackingPolicyOptions options = alone;
+  v1::Composer& composer = *options.network.mutable_composer();
+  composer.set_primitives(primitives);
+  composer.mutable_hidden()->Add(hidden.begin(), hidden.end());
+  Example example;
+  example.name = absl::StrCat("composer_of_", primitives);
+  example.graph = *BuildTrackingPolicy(options);
+  example.graph_name = "policy";
+  example.weights = *InitialWeights(options, 11);
+  for (int k = 0; k < primitives; ++k) {
+    const TensorMap weights = *InitialWeights(alone, 20 + k);
+    for (const auto& [name, tensor] : weights) {
+      const auto found = example.weights.find(PrimitiveParameter(k, name));
+      if (found != example.weights.end()) found->second = tensor;
+    }
+  }
+  uint64_t seed = 30;
+  for (auto& [name, tensor] : example.weights) {
+    if (absl::EndsWith(name, "normaliser/mean")) {
+      FillNormal({.seed = ++seed}, tensor.mutable_float32());
+    } else if (absl::EndsWith(name, "normaliser/inverse_std")) {
+      FillUniform({.seed = ++seed}, tensor.mutable_float32());
+    }
+  }
   return example;
 }
 
@@ -115,6 +148,8 @@ std::vector<Example> MakePolicies() {
     examples.push_back(Tracking(size, v1::Network::ACTIVATION_SILU, "policy"));
     examples.push_back(Tracking(size, v1::Network::ACTIVATION_SILU, "critic"));
   }
+  examples.push_back(Composer(2, {}));
+  examples.push_back(Composer(3, {20, 9}));
   examples.push_back(Autoencoder());
   return examples;
 }
