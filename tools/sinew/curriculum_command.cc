@@ -8,6 +8,7 @@
 #include "common/clock.h"
 #include "common/status_macros.h"
 #include "tools/curriculum/run_curriculum.h"
+#include "tools/training/procedure_record.h"
 
 namespace sinew::tools {
 namespace {
@@ -22,7 +23,7 @@ absl::Status RunCurriculumCommand(const CurriculumOptions& options,
                                   const StopToken&) {
   const SystemClock clock;
   SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
-                         ReadRunCurriculum(options.run, clock));
+                         ReadRunCurriculum(FolderToShow(options.run), clock));
   if (options.json) {
     absl::PrintF("%s\n", CurriculumJson(curriculum, options.hardest).dump(2));
   } else {
@@ -38,7 +39,10 @@ void AddCurriculumCommand(CLI::App& app, Action& action) {
   auto* command = AddSubcommand<CurriculumOptions>(
       app, "curriculum", "where the episodes of a run start", options, action,
       RunCurriculumCommand);
-  command->add_option("run", options->run, "run directory")->required();
+  command
+      ->add_option("run", options->run,
+                   "run directory; of a procedure: its newest stage")
+      ->required();
   command
       ->add_option("--hardest", options->hardest,
                    "clips and bins that are listed")

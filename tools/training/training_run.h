@@ -76,8 +76,8 @@ class TrainingRun {
     std::string checkpoint_address = {};
     // Bundle whose weights a run without states begins with; empty: none.
     std::string init = {};
-    // Bundles of the primitives of a recipe with network.composer, which a run
-    // without states begins with.
+    // Bundles that the recipe's composer weighs, if a run without states has
+    // one.
     std::vector<std::string> primitives = {};
     // Go on with another library than the run's, if it is another.
     bool migrate_library = false;

@@ -1,0 +1,127 @@
+#include "tools/training/procedure_record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_replace.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
+using ::sinew::testing::WriteTestFile;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+// One stage has ended, another is under way.
+ProcedureRecord MakeRecord() {
+  ProcedureRecord record;
+  record.recipe_sha256 = "abc";
+  record.assets = {{"library", "def"}, {"model", "012"}};
+  record.library_clips = 5;
+  record.trained_on_clips = 4;
+  record.left_out_clips = 1;
+  record.stages.resize(2);
+  ProcedureRecord::Entry& first = record.stages[0];
+  first.directory = "stages/00_primitive_0";
+  first.decision.next = learner::Stage();
+  first.decision.reason = "begins";
+  first.finished = learner::FinishedStage{.stage = learner::Stage(),
+                                          .plateau = true,
+                                          .iterations = 3,
+                                          .samples = 192,
+                                          .train_seconds = 1.5,
+                                          .failed = {"run", "jump"}};
+  ProcedureRecord::Entry& second = record.stages[1];
+  second.directory = "stages/01_primitive_0_hard";
+  second.decision.next = learner::Stage{.kind = learner::StageKind::kHard,
+                                        .primitive = 0,
+                                        .from = 0,
+                                        .clips = {"run", "jump"},
+                                        .primitives = {7}};
+  second.decision.reason = "goes on";
+  second.decision.evidence = {.clips = 4,
+                              .hard = {"run", "jump"},
+                              .hard_before = 1,
+                              .hard_won = 2,
+                              .forgotten = 3};
+  return record;
+}
+
+TEST(ProcedureRecord, IsReadBackAsItWasWritten) {
+  const ProcedureRecord record = MakeRecord();
+
+  const auto found = ParseProcedure(PrintProcedure(record), "file");
+
+  ASSERT_THAT(found, IsOk());
+  EXPECT_EQ(PrintProcedure(*found), PrintProcedure(record));
+  ASSERT_THAT(found->stages, SizeIs(2));
+  EXPECT_EQ(found->stages[1].decision.next, record.stages[1].decision.next);
+  EXPECT_EQ(found->stages[1].decision.evidence,
+            record.stages[1].decision.evidence);
+  EXPECT_EQ(found->stages[1].decision.reason, "goes on");
+  EXPECT_EQ(found->end, std::nullopt);
+  EXPECT_THAT(found->Finished(), SizeIs(1));
+  EXPECT_EQ(found->Finished()[0].failed, record.stages[0].finished->failed);
+}
+
+TEST(ProcedureRecord, KeepsWhyItIsOver) {
+  ProcedureRecord record = MakeRecord();
+  record.stages.pop_back();
+  record.end = "nothing is left";
+
+  const auto found = ParseProcedure(PrintProcedure(record), "file");
+
+  ASSERT_THAT(found, IsOk());
+  EXPECT_EQ(found->end, "nothing is left");
+}
+
+TEST(ProcedureRecord, RefusesWhatIsNone) {
+  const std::string good = PrintProcedure(MakeRecord());
+  for (const std::string& bad :
+       {std::string("{"), std::string("[]"),
+        absl::StrReplaceAll(good, {{"\"from\"", "\"of\""}})}) {
+    EXPECT_THAT(ParseProcedure(bad, "RUN/procedure.json"),
+                StatusIs(absl::StatusCode::kDataLoss,
+                         HasSubstr("RUN/procedure.json: expected the record "
+                                   "of a procedure")));
+  }
+  EXPECT_THAT(
+      ParseProcedure(absl::StrReplaceAll(good, {{"\"hard\",", "\"soft\","}}),
+                     "file"),
+      StatusIs(absl::StatusCode::kDataLoss,
+               AllOf(HasSubstr("file"), HasSubstr("found \"soft\""))));
+  EXPECT_THAT(
+      ParseProcedure(absl::StrReplaceAll(good, {{"\"format_version\": 1",
+                                                 "\"format_version\": 2"}}),
+                     "file"),
+      StatusIs(absl::StatusCode::kDataLoss, HasSubstr("expected 1, found 2")));
+}
+
+TEST(FolderToShow, IsThatOfTheNewestStage) {
+  const std::string run = TestPath("run");
+  EXPECT_EQ(FolderToShow(run), run);
+
+  WriteTestFile("run/procedure.json", PrintProcedure(MakeRecord()));
+
+  EXPECT_EQ(FolderToShow(run), JoinPath(run, "stages/01_primitive_0_hard"));
+}
+
+TEST(FolderToShow, IsTheRunItselfIfItsRecordIsDamaged) {
+  const std::string run = TestPath("run");
+  WriteTestFile("run/procedure.json", "{");
+
+  EXPECT_EQ(FolderToShow(run), run);
+}
+
+}  // namespace
+}  // namespace sinew::tools

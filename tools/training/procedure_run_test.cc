@@ -1,0 +1,340 @@
+// Whole procedures whose trainings are made up: each leaves a bundle that says
+// what it was made from. tests/e2e/procedure_test.cc trains.
+
+#include "tools/training/procedure_run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "sim/world/testing/toy_world.h"
+#include "tools/training/procedure_record.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr char kRecipe[] = R"(
+  format_version: 1
+  name: "toy"
+  task { recovery { far_share: 0.5 } }
+  rollouts { environments: 8 environments_per_order: 2 horizon: 8 }
+  ppo { minibatch: 32 }
+  evaluation { interval: 2 starts: 1 seconds: 0.5 }
+  plateau { evaluations: 2 }
+  procedure {
+    full_samples: 640
+    hard_samples: 320
+    recovery_samples: 128
+    composer_samples: 64
+  }
+  seed: 3
+)";
+
+// Clips of the toy's library (turn, sway, tumble) that each stage wins. The
+// second primitive learns nothing of "tumble", so no third is grown.
+const std::map<std::string, std::set<int>> kWon = {
+    {"00_primitive_0", {0}}, {"01_primitive_0_hard", {0, 1}},
+    {"02_primitive_1", {1}}, {"03_recovery", {0}},
+    {"04_composer", {0, 1}},
+};
+
+const char kComposed[] =
+    "04_composer("
+    "01_primitive_0_hard(00_primitive_0()) "
+    "02_primitive_1(01_primitive_0_hard(00_primitive_0())) "
+    "03_recovery(02_primitive_1(01_primitive_0_hard(00_primitive_0()))))";
+
+std::string NameOf(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+// Trainings and evaluations that are done at once; after `calls` of them, stop
+// is requested instead.
+class MadeUpSteps {
+ public:
+  explicit MadeUpSteps(int calls = 1000) : calls_(calls) {}
+
+  ProcedureSteps Steps() {
+    return {.train = [this](const auto& options) { return Train(options); },
+            .evaluate = [this](const auto& bundle, const auto&, const auto& out,
+                               const auto&) { return Evaluate(bundle, out); }};
+  }
+  StopToken token() const { return stop_.get_token(); }
+  const std::vector<TrainingRun::Options>& trained() const { return trained_; }
+
+ private:
+  bool Spend() {
+    if (calls_-- > 0) return true;
+    stop_.request_stop();
+    return false;
+  }
+
+  absl::StatusOr<TrainingRun::Result> Train(
+      const TrainingRun::Options& options) {
+    trained_.push_back(options);
+    TrainingRun::Result result;
+    result.iterations = 1;
+    if (!Spend()) return result;
+    std::vector<std::string> sources = options.primitives;
+    if (!options.init.empty()) sources.push_back(options.init);
+    for (std::string& source : sources) {
+      source = ReadFile(JoinPath(source, "weights")).value_or("none");
+    }
+    const std::string bundle = JoinPath(options.directory, "bundle");
+    EXPECT_THAT(MakeDirectories(bundle), IsOk());
+    EXPECT_THAT(
+        WriteFileAtomically(JoinPath(bundle, "weights"),
+                            absl::StrCat(NameOf(options.directory), "(",
+                                         absl::StrJoin(sources, " "), ")")),
+        IsOk());
+    const int64_t last = options.recipe.max_iterations();
+    result.iterations = options.iterations > 0 ? options.iterations : last;
+    result.samples = 64 * result.iterations;
+    result.train_seconds = 60;
+    result.finished = result.iterations >= last;
+    return result;
+  }
+
+  absl::StatusOr<EvaluationSummary> Evaluate(const std::string& bundle,
+                                             const std::string& out) {
+    if (!Spend()) return absl::CancelledError("stopped");
+    const std::string stage =
+        NameOf(std::filesystem::path(bundle).parent_path().string());
+    EvaluationSummary summary;
+    for (int clip = 0; clip < 3; ++clip) {
+      summary.clips.emplace_back();
+      summary.clips.back().clip = clip;
+      summary.clips.back().success = kWon.at(stage).contains(clip);
+    }
+    SINEW_RETURN_IF_ERROR(WriteFileAtomically(out, stage));
+    return summary;
+  }
+
+  int calls_;
+  StopSource stop_;
+  std::vector<TrainingRun::Options> trained_;
+};
+
+class ProcedureRunTest : public ::testing::Test {
+ protected:
+  ProcedureRunTest() : toy_(world::testing::MakeToyWorld()) {
+    auto recipe = ParseRecipe(kRecipe, "test");
+    EXPECT_THAT(recipe, IsOk());
+    options_.recipe = WithDefaults(*std::move(recipe));
+    options_.character = JoinPath(toy_.folder, "character.textproto");
+    options_.motions = toy_.library_folder;
+    UseRun("run");
+  }
+
+  void UseRun(const std::string& name) {
+    options_.directory = JoinPath(toy_.folder, name);
+  }
+  absl::Status Run(MadeUpSteps& steps) const {
+    return RunProcedure(options_, steps.Steps(), steps.token());
+  }
+  std::string File(const std::string& name) const {
+    return ReadFile(JoinPath(options_.directory, name)).value_or("");
+  }
+  ProcedureRecord Record() const {
+    auto record = ParseProcedure(File("procedure.json"), "procedure.json");
+    EXPECT_THAT(record, IsOk());
+    return record.ok() ? *std::move(record) : ProcedureRecord();
+  }
+
+  world::testing::ToyWorld toy_;
+  TrainingRun::Options options_;
+};
+
+TEST_F(ProcedureRunTest, GoesThroughAllStagesToTheBundleOfTheComposer) {
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+  EXPECT_EQ(File("eval.json"), "04_composer");
+  const ProcedureRecord record = Record();
+  ASSERT_THAT(record.Finished(), SizeIs(5));
+  EXPECT_THAT(record.stages[2].decision.next->clips, ElementsAre("tumble"));
+  EXPECT_THAT(record.stages[3].decision.reason,
+              HasSubstr("what is left cannot be learned"));
+  EXPECT_THAT(record.end.value_or(""), HasSubstr("composer, which fails 1"));
+  EXPECT_EQ(record.trained_on_clips, 3);
+}
+
+TEST_F(ProcedureRunTest, GivesEachStageItsRecipeAndItsFolder) {
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  ASSERT_THAT(steps.trained(), SizeIs(5));
+  const TrainingRun::Options& full = steps.trained()[0];
+  EXPECT_THAT(full.init, IsEmpty());
+  EXPECT_EQ(full.recipe.max_iterations(), 10);
+  EXPECT_THAT(full.recipe.task().start().only_clips(), IsEmpty());
+  const TrainingRun::Options& hard = steps.trained()[1];
+  EXPECT_EQ(hard.directory,
+            JoinPath(options_.directory, "stages/01_primitive_0_hard"));
+  EXPECT_THAT(hard.recipe.task().start().only_clips(),
+              ElementsAre("sway", "tumble"));
+  EXPECT_NE(hard.recipe.seed(), full.recipe.seed());
+  for (const TrainingRun::Options& stage : steps.trained()) {
+    EXPECT_FALSE(stage.recipe.has_procedure());
+    EXPECT_THAT(ValidateRecipe(stage.recipe), IsOk());
+  }
+}
+
+TEST_F(ProcedureRunTest, BeginsWithTheWeightsOfABundleIfAsked) {
+  options_.init = JoinPath(toy_.folder, "given");
+  ASSERT_THAT(MakeDirectories(options_.init), IsOk());
+  ASSERT_THAT(WriteFileAtomically(JoinPath(options_.init, "weights"), "given"),
+              IsOk());
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  EXPECT_EQ(File("stages/02_primitive_1/bundle/weights"),
+            "02_primitive_1(01_primitive_0_hard(00_primitive_0(given)))");
+}
+
+TEST_F(ProcedureRunTest, GoesOnToTheSameEndWhereverItWasStopped) {
+  MadeUpSteps straight;
+  ASSERT_THAT(Run(straight), IsOk());
+  const std::string expected = File("procedure.json");
+
+  for (int calls = 0; calls < 10; ++calls) {
+    UseRun(absl::StrCat("cut", calls));
+    MadeUpSteps first(calls), second;
+    ASSERT_THAT(Run(first), IsOk());
+    EXPECT_EQ(File("bundle/weights"), "") << calls;
+    ASSERT_THAT(Run(second), IsOk());
+
+    EXPECT_EQ(File("bundle/weights"), kComposed) << calls;
+    EXPECT_EQ(File("procedure.json"), expected) << calls;
+  }
+}
+
+TEST_F(ProcedureRunTest, TrainsNothingOnceItIsOver) {
+  MadeUpSteps first, second;
+  ASSERT_THAT(Run(first), IsOk());
+  const std::string record = File("procedure.json");
+
+  ASSERT_THAT(Run(second), IsOk());
+
+  EXPECT_THAT(second.trained(), IsEmpty());
+  EXPECT_EQ(File("procedure.json"), record);
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, CountsIterationsOverAllStages) {
+  options_.iterations = 12;  // 10 of the first stage
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  ASSERT_THAT(steps.trained(), SizeIs(2));
+  EXPECT_EQ(steps.trained()[1].iterations, 2);
+  EXPECT_THAT(Record().Finished(), SizeIs(1));
+  options_.iterations = 0;
+  MadeUpSteps rest;
+  ASSERT_THAT(Run(rest), IsOk());
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, CountsMinutesOverAllStages) {
+  options_.minutes = 1.5;  // each stage takes one
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  ASSERT_THAT(steps.trained(), SizeIs(2));
+  EXPECT_DOUBLE_EQ(steps.trained()[0].minutes, 1.5);
+  EXPECT_DOUBLE_EQ(steps.trained()[1].minutes, 0.5);
+  EXPECT_EQ(File("bundle/weights"), "");
+}
+
+TEST_F(ProcedureRunTest, PassesOnWhatATrainingFailedWith) {
+  MadeUpSteps steps;
+  ProcedureSteps failing = steps.Steps();
+  failing.train = [](const TrainingRun::Options&) {
+    return absl::InternalError("no actors");
+  };
+
+  EXPECT_THAT(RunProcedure(options_, failing, steps.token()),
+              StatusIs(absl::StatusCode::kInternal, HasSubstr("no actors")));
+
+  ASSERT_THAT(Run(steps), IsOk());
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
+  MadeUpSteps steps(2);
+  ASSERT_THAT(Run(steps), IsOk());
+  options_.recipe.mutable_procedure()->set_hard_samples(6400);
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   AllOf(HasSubstr("procedure.hard_samples"),
+                                         HasSubstr("320 -> 6400"))));
+}
+
+TEST_F(ProcedureRunTest, RefusesAnotherLibrary) {
+  MadeUpSteps steps(2);
+  ASSERT_THAT(Run(steps), IsOk());
+  const std::string file = JoinPath(toy_.library_folder, "manifest.json");
+  auto manifest = nlohmann::json::parse(ReadFile(file).value_or(""));
+  manifest["clips"][2]["left_out"] = true;
+  ASSERT_THAT(WriteFileAtomically(file, manifest.dump()), IsOk());
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                   AllOf(HasSubstr(options_.directory),
+                                         HasSubstr("changed: library)"))));
+}
+
+TEST_F(ProcedureRunTest, RefusesToMigrate) {
+  options_.migrate_library = true;
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--migrate-library")));
+}
+
+TEST_F(ProcedureRunTest, RefusesARecordThatDoesNotFollow) {
+  MadeUpSteps steps(3);
+  ASSERT_THAT(Run(steps), IsOk());
+  ProcedureRecord record = Record();
+  record.stages[0].finished->failed = {"turn"};
+  ASSERT_THAT(
+      WriteFileAtomically(JoinPath(options_.directory, "procedure.json"),
+                          PrintProcedure(record)),
+      IsOk());
+
+  EXPECT_THAT(Run(steps), IsOk());  // already stopped
+  MadeUpSteps fresh;
+  EXPECT_THAT(Run(fresh), StatusIs(absl::StatusCode::kDataLoss,
+                                   HasSubstr("01_primitive_0_hard")));
+}
+
+}  // namespace
+}  // namespace sinew::tools
