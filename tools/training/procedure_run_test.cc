@@ -22,6 +22,8 @@
 #include "common/status_macros.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
+#include "common/workspace_files.h"
+#include "learner/procedure/stage_recipe.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/training/procedure_record.h"
 
@@ -287,6 +289,19 @@ TEST_F(ProcedureRunTest, PassesOnWhatATrainingFailedWith) {
 
   ASSERT_THAT(Run(steps), IsOk());
   EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST(ShippedProcedures, HaveStagesThatMayAllBeRun) {
+  for (const char* name : {"phc_plus", "phc_plus_g1"}) {
+    const auto path =
+        FindWorkspaceFile(absl::StrCat("deploy/recipes/", name, ".textproto"));
+    ASSERT_THAT(path, IsOk());
+    auto recipe = ParseRecipe(ReadFile(*path).value_or(""), *path);
+    ASSERT_THAT(recipe, IsOk());
+
+    EXPECT_THAT(learner::ValidateStages(WithDefaults(*std::move(recipe))),
+                IsOk());
+  }
 }
 
 TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
