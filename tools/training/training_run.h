@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -74,6 +75,9 @@ class TrainingRun {
     std::string checkpoint_address = {};
     // Bundle whose weights a run without states begins with; empty: none.
     std::string init = {};
+    // Bundles that the recipe's composer weighs, if a run without states has
+    // one.
+    std::vector<std::string> primitives = {};
     // Go on with another library than the run's, if it is another.
     bool migrate_library = false;
   };
