@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <thread>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "common/policy/builder.h"
 #include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "common/thread_seconds.h"
 #include "tools/bench/raw_physics.h"
@@ -45,48 +47,59 @@ struct Rounds {
   }
 };
 
-// The policy's LINEAR nodes, one after another, and nothing else.
+// Graph "policy" of the recipe with its untrained weights.
+struct Policy {
+  v1::PolicyGraph graph;
+  TensorMap weights;
+};
+
+absl::StatusOr<Policy> UntrainedPolicy(const actor::RolloutAssets& assets) {
+  policy::TrackingPolicyOptions options;
+  options.observation_width = assets.task().observation_width();
+  options.action_width = assets.task().action_width();
+  options.network = assets.recipe().network();
+  options.network.set_initial_std(0.05);
+  Policy result;
+  SINEW_ASSIGN_OR_RETURN(result.graph, policy::BuildTrackingPolicy(options));
+  SINEW_ASSIGN_OR_RETURN(result.weights,
+                         policy::InitialWeights(options, /*seed=*/1));
+  return result;
+}
+
+// The policy's LINEAR nodes alone, each of the result of the one before it in
+// the graph: a composer's primitives all begin at the observation.
 absl::StatusOr<std::unique_ptr<policy::Executor>> ProductsAlone(
     const actor::RolloutAssets& assets, int batch) {
+  SINEW_ASSIGN_OR_RETURN(Policy policy, UntrainedPolicy(assets));
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* whole,
+                         policy::FindGraph(policy.graph, "policy"));
+  v1::Graph chains;
+  chains.set_name("products");
+  *chains.mutable_inputs() = whole->inputs();
+  std::map<std::string, std::string> source;  // of a node, in `chains`
+  for (const v1::GraphInput& input : whole->inputs()) {
+    source[input.name()] = input.name();
+  }
+  for (const v1::Node& node : whole->nodes()) {
+    const std::string& input = source.at(node.inputs(0));
+    source[node.name()] = node.op() == v1::OP_LINEAR ? node.name() : input;
+    if (node.op() != v1::OP_LINEAR) continue;
+    v1::Node& product = *chains.add_nodes();
+    product = node;
+    product.set_inputs(0, input);
+    v1::Tap& tap = *chains.add_taps();
+    tap.set_name(absl::StrCat(node.name(), "/result"));
+    tap.set_value(node.name());
+  }
   v1::PolicyGraph graph;
   graph.set_format_version(1);
-  v1::Graph& chain = *graph.add_graphs();
-  chain.set_name("products");
-  TensorMap weights;
-  std::string value = "x";
-  int64_t width = assets.task().observation_width();
-  v1::GraphInput& input = *chain.add_inputs();
-  input.set_name(value);
-  input.set_width(width);
-  input.set_kind(v1::GraphInput::KIND_DATA);
-  const auto add = [&](const std::string& name, std::vector<int64_t> shape) {
-    v1::Parameter& parameter = *graph.add_parameters();
-    parameter.set_name(name);
-    for (int64_t extent : shape) parameter.add_shape(extent);
-    HostTensor tensor = HostTensor::Zeros(shape);
+  *graph.add_graphs() = chains;
+  *graph.mutable_parameters() = policy.graph.parameters();
+  for (auto& [name, tensor] : policy.weights) {
     for (float& element : tensor.mutable_float32()) element = 0.01F;
-    weights[name] = std::move(tensor);
-  };
-  std::vector<int64_t> widths(assets.recipe().network().policy_hidden().begin(),
-                              assets.recipe().network().policy_hidden().end());
-  widths.push_back(assets.task().action_width());
-  for (size_t i = 0; i < widths.size(); ++i) {
-    v1::Node& node = *chain.add_nodes();
-    node.set_name(absl::StrCat("product", i));
-    node.set_op(v1::OP_LINEAR);
-    node.add_inputs(value);
-    node.add_parameters(absl::StrCat("weight", i));
-    node.add_parameters(absl::StrCat("bias", i));
-    add(node.parameters(0), {widths[i], width});
-    add(node.parameters(1), {widths[i]});
-    value = node.name();
-    width = widths[i];
   }
-  v1::Tap& tap = *chain.add_taps();
-  tap.set_name("result");
-  tap.set_value(value);
-  SINEW_ASSIGN_OR_RETURN(auto pack,
-                         policy::PackWeights(graph, "products", weights));
+  SINEW_ASSIGN_OR_RETURN(
+      auto pack, policy::PackWeights(graph, "products", policy.weights));
   return policy::Executor::Create(std::move(pack), batch);
 }
 
@@ -238,19 +251,16 @@ absl::StatusOr<ActorFigures> MeasureActor(
 }
 
 absl::StatusOr<v1::Snapshot> IdlePolicy(const actor::RolloutAssets& assets) {
-  policy::TrackingPolicyOptions options;
-  options.observation_width = assets.task().observation_width();
-  options.action_width = assets.task().action_width();
-  options.network = assets.recipe().network();
-  options.network.set_initial_std(0.05);
+  SINEW_ASSIGN_OR_RETURN(Policy policy, UntrainedPolicy(assets));
+  // A composer's primitives are zero already.
+  const auto last = policy.weights.find("policy/mean/weight");
+  if (last != policy.weights.end()) {
+    const auto elements = last->second.mutable_float32();
+    std::fill(elements.begin(), elements.end(), 0.F);
+  }
   v1::Snapshot snapshot;
-  SINEW_ASSIGN_OR_RETURN(*snapshot.mutable_graph(),
-                         policy::BuildTrackingPolicy(options));
-  SINEW_ASSIGN_OR_RETURN(TensorMap weights,
-                         policy::InitialWeights(options, /*seed=*/1));
-  const auto last = weights.at("policy/mean/weight").mutable_float32();
-  std::fill(last.begin(), last.end(), 0.F);
-  snapshot.set_weights(SerializeSafetensors(weights));
+  *snapshot.mutable_graph() = std::move(policy.graph);
+  snapshot.set_weights(SerializeSafetensors(policy.weights));
   return snapshot;
 }
 

@@ -71,11 +71,18 @@ absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
   v1::Recipe full = WithDefaults(recipe);
   full.mutable_ppo()->set_kl_stop(std::numeric_limits<float>::max());
   full.mutable_ppo()->set_bfloat16(false);
-  const auto create = [&](int ranks) {
-    return learner::PpoLearner::Create(full,
-                                       {.observation_width = observation_width,
-                                        .action_width = action_width,
-                                        .ranks = ranks});
+  const auto create =
+      [&](int ranks) -> absl::StatusOr<std::unique_ptr<learner::PpoLearner>> {
+    SINEW_ASSIGN_OR_RETURN(std::unique_ptr<learner::PpoLearner> learner,
+                           learner::PpoLearner::Create(
+                               full, {.observation_width = observation_width,
+                                      .action_width = action_width,
+                                      .ranks = ranks}));
+    // Untrained primitives cost as much as trained ones.
+    if (full.network().has_composer()) {
+      SINEW_RETURN_IF_ERROR(learner->InitFrom(learner->weights()));
+    }
+    return learner;
   };
   SINEW_ASSIGN_OR_RETURN(const auto one, create(1));
   SINEW_ASSIGN_OR_RETURN(const auto two, create(2));

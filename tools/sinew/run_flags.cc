@@ -22,6 +22,8 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
       ->check(CLI::Range(1, 4096));
   command.add_option("--init", flags.init,
                      "bundle whose weights a new run begins with");
+  command.add_option("--primitives", flags.primitives,
+                     "bundles that the composer of a new run weighs, in order");
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
@@ -41,6 +43,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.motions = flags.motions;
   options.directory = flags.run;
   options.init = flags.init;
+  options.primitives = flags.primitives;
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;

@@ -23,6 +23,7 @@ struct RunFlags {
   std::optional<uint64_t> seed;
   int threads = 0;  // 0: AvailableCpus
   std::string init;
+  std::vector<std::string> primitives;
   bool migrate_library = false;
   std::vector<std::string> set;
 };

@@ -78,6 +78,12 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
       actor::RolloutAssets::Create(
           assets["character"], assets["model"], assets["library"],
           assets["frames"], assets["recipe"], Optional(assets, "fallen")));
+  const character::Character& body = rollout->task().character();
+  setup.character = body.name();
+  setup.character_sha256 = body.digest();
+  for (const character::JointInfo& joint : body.joints()) {
+    setup.joints.push_back(joint.name);
+  }
   setup.observation_width = rollout->task().observation_width();
   setup.action_width = rollout->task().action_width();
   setup.layout = rollout->layout();

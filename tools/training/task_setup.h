@@ -21,6 +21,9 @@ namespace sinew::tools {
 struct TaskSetup {
   std::shared_ptr<const motion::Library> library;
   std::vector<std::string> clip_sha256;  // sim/motion/clip_digest.h
+  // The character's name, digest, and joints in the order of actions.
+  std::string character, character_sha256;
+  std::vector<std::string> joints;
   int observation_width = 0;
   int action_width = 0;
   v1::SegmentLayout layout;

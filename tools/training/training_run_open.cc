@@ -11,9 +11,9 @@
 #include "common/build_info.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
-#include "deploy/bundle/bundle.h"
 #include "deploy/bundle/run_export.h"
 #include "learner/ppo/ppo_learner.h"
+#include "tools/training/initial_policy.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {
@@ -167,11 +167,9 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
                                    .action_width = setup.action_width,
                                    .ranks = options_.ranks,
                                    .mirror = setup.mirror}));
-  if (!options_.init.empty() && !state_) {
-    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
-                           bundle::ReadBundle(options_.init));
-    SINEW_RETURN_IF_ERROR(learner->InitFrom(bundle.weights));
-    LogInfo("weights taken", {{"bundle", options_.init}});
+  if (!state_) {
+    SINEW_RETURN_IF_ERROR(BeginWith({options_.init, options_.primitives},
+                                    options_.recipe, setup, *learner));
   }
   learner::Trainer::Options trainer;
   trainer.recipe = options_.recipe;

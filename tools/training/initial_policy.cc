@@ -1,0 +1,204 @@
+#include "tools/training/initial_policy.h"
+
+#include <google/protobuf/util/message_differencer.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
+#include "absl/strings/strip.h"
+#include "common/logging.h"
+#include "common/policy/builder.h"
+#include "common/policy/validate.h"
+#include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
+
+namespace sinew::tools {
+namespace {
+
+using google::protobuf::Message;
+
+// Puts a bundle's folder before an error of its content.
+absl::Status In(absl::string_view directory, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(),
+                      absl::StrCat(directory, ": ", status.message()));
+}
+
+absl::Status Unfit(absl::string_view field, absl::string_view expected,
+                   absl::string_view found) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": expected ", expected, ", found ", found));
+}
+
+std::string Quoted(absl::string_view text) {
+  return absl::StrCat("\"", text, "\"");
+}
+
+absl::Status SameMessage(absl::string_view field, const Message& expected,
+                         const Message& found) {
+  google::protobuf::util::MessageDifferencer differencer;
+  std::string differences;
+  differencer.ReportDifferencesToString(&differences);
+  if (differencer.Compare(expected, found)) return absl::OkStatus();
+  std::replace(differences.begin(), differences.end(), '\n', ' ');
+  return Unfit(
+      field, "the recipe's",
+      absl::StrCat("another (", absl::StripSuffix(differences, " "), ")"));
+}
+
+absl::Status CheckCharacter(const v1::BundleManifest& manifest,
+                            const TaskSetup& setup) {
+  if (manifest.character() != setup.character) {
+    return Unfit("character", Quoted(setup.character),
+                 Quoted(manifest.character()));
+  }
+  std::vector<std::string> joints;
+  for (const v1::BundleJoint& joint : manifest.joints()) {
+    joints.push_back(joint.name());
+  }
+  if (joints != setup.joints) {
+    return Unfit("joints", absl::StrJoin(setup.joints, ", "),
+                 absl::StrJoin(joints, ", "));
+  }
+  if (manifest.character_sha256() != setup.character_sha256) {
+    return Unfit("character_sha256", setup.character_sha256,
+                 manifest.character_sha256());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckObservation(const bundle::Bundle& bundle,
+                              const v1::Recipe& recipe,
+                              const TaskSetup& setup) {
+  SINEW_RETURN_IF_ERROR(
+      SameMessage("observation", recipe.task().observation(),
+                  bundle::TaskRecipe(bundle.manifest).task().observation()));
+  if (bundle.manifest.observation_width() != setup.observation_width) {
+    return Unfit("observation_width", absl::StrCat(setup.observation_width),
+                 absl::StrCat(bundle.manifest.observation_width()));
+  }
+  return absl::OkStatus();
+}
+
+std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
+  for (const v1::Parameter& parameter : graph.parameters()) {
+    if (parameter.name() != name) continue;
+    return absl::StrCat("[", absl::StrJoin(parameter.shape(), ", "), "]");
+  }
+  return "none";
+}
+
+// Whether both compute the same, weights apart.
+absl::Status SameNetwork(const v1::PolicyGraph& expected,
+                         const v1::PolicyGraph& found) {
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* want,
+                         policy::FindGraph(expected, "policy"));
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* have,
+                         policy::FindGraph(found, "policy"));
+  if (want->nodes_size() != have->nodes_size()) {
+    return Unfit("graph policy (network.policy_hidden)",
+                 absl::StrCat(want->nodes_size(), " nodes"),
+                 absl::StrCat(have->nodes_size()));
+  }
+  for (int i = 0; i < want->nodes_size(); ++i) {
+    SINEW_RETURN_IF_ERROR(
+        SameMessage(absl::StrCat("graph policy: node ", want->nodes(i).name()),
+                    want->nodes(i), have->nodes(i)));
+    for (const std::string& name : want->nodes(i).parameters()) {
+      const std::string shape = ShapeOf(expected, name);
+      if (shape == ShapeOf(found, name)) continue;
+      return Unfit(
+          absl::StrCat("parameter ", name, " (network.policy_hidden): shape"),
+          shape, ShapeOf(found, name));
+    }
+  }
+  return absl::OkStatus();
+}
+
+bool IsComposer(const v1::PolicyGraph& graph) {
+  return std::any_of(graph.parameters().begin(), graph.parameters().end(),
+                     [](const v1::Parameter& parameter) {
+                       return parameter.name() == "composer/weights/weight";
+                     });
+}
+
+absl::Status CheckPrimitive(const bundle::Bundle& bundle,
+                            const v1::Recipe& recipe, const TaskSetup& setup) {
+  if (IsComposer(bundle.graph)) {
+    return Unfit("graph policy", "a policy of one network", "a composer");
+  }
+  SINEW_RETURN_IF_ERROR(CheckCharacter(bundle.manifest, setup));
+  SINEW_RETURN_IF_ERROR(CheckObservation(bundle, recipe, setup));
+  SINEW_RETURN_IF_ERROR(
+      SameMessage("action", recipe.task().action(),
+                  bundle::TaskRecipe(bundle.manifest).task().action()));
+  if (bundle.manifest.control_hz() != recipe.physics().control_hz()) {
+    return Unfit("control_hz", absl::StrCat(recipe.physics().control_hz()),
+                 absl::StrCat(bundle.manifest.control_hz()));
+  }
+  policy::TrackingPolicyOptions options;
+  options.observation_width = setup.observation_width;
+  options.action_width = setup.action_width;
+  options.network = recipe.network();
+  options.network.clear_composer();
+  SINEW_ASSIGN_OR_RETURN(const v1::PolicyGraph alone,
+                         policy::BuildTrackingPolicy(options));
+  return SameNetwork(alone, bundle.graph);
+}
+
+absl::Status TakeInit(const std::string& directory, const v1::Recipe& recipe,
+                      const TaskSetup& setup, learner::PpoLearner& learner) {
+  SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
+                         bundle::ReadBundle(directory));
+  SINEW_RETURN_IF_ERROR(In(directory, CheckCharacter(bundle.manifest, setup)));
+  SINEW_RETURN_IF_ERROR(In(directory, CheckObservation(bundle, recipe, setup)));
+  SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(bundle.weights)));
+  LogInfo("weights taken", {{"bundle", directory}});
+  return absl::OkStatus();
+}
+
+absl::Status TakePrimitives(const std::vector<std::string>& directories,
+                            const v1::Recipe& recipe, const TaskSetup& setup,
+                            learner::PpoLearner& learner) {
+  std::vector<learner::Primitive> primitives;
+  for (const std::string& directory : directories) {
+    SINEW_ASSIGN_OR_RETURN(bundle::Bundle bundle,
+                           bundle::ReadBundle(directory));
+    SINEW_RETURN_IF_ERROR(In(directory, CheckPrimitive(bundle, recipe, setup)));
+    primitives.push_back({directory, std::move(bundle.weights)});
+  }
+  SINEW_RETURN_IF_ERROR(learner.InitFromPrimitives(primitives));
+  LogInfo("primitives taken", {{"bundles", absl::StrJoin(directories, " ")}});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
+                       const TaskSetup& setup, learner::PpoLearner& learner) {
+  const int count = static_cast<int>(policy.primitives.size());
+  if (!policy.init.empty() && count > 0) {
+    return absl::InvalidArgumentError(
+        "--init and --primitives: expected one of them, found both");
+  }
+  if (!policy.init.empty()) {
+    return TakeInit(policy.init, recipe, setup, learner);
+  }
+  const v1::Network& network = recipe.network();
+  const int expected =
+      network.has_composer() ? network.composer().primitives() : 0;
+  if (count != expected) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "recipe field network.composer: expected the bundles of ", expected,
+        " primitives (--primitives)",
+        expected > 0 ? " or of a composer (--init)" : "", ", found ", count));
+  }
+  if (count == 0) return absl::OkStatus();
+  return TakePrimitives(policy.primitives, recipe, setup, learner);
+}
+
+}  // namespace sinew::tools

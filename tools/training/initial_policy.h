@@ -1,0 +1,35 @@
+#ifndef SINEW_TOOLS_TRAINING_INITIAL_POLICY_H_
+#define SINEW_TOOLS_TRAINING_INITIAL_POLICY_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "learner/ppo/ppo_learner.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "tools/training/task_setup.h"
+
+namespace sinew::tools {
+
+// Bundles (folders) that a run without states begins with.
+struct InitialPolicy {
+  std::string init;                     // its weights; empty: none
+  std::vector<std::string> primitives;  // what a composer weighs
+};
+
+// Puts the bundles' weights into the learner, made for this recipe (defaults
+// filled) and task. Every bundle must be of the same character, joints in the
+// same order, and observe the same; a primitive must also act by the same law,
+// at the same control rate, with the network that the recipe describes
+// (policy_hidden, activation, observation_clip), and be no composer. A recipe
+// with a composer needs as many primitives as it says, or `init`.
+//
+// Thread-safety: one caller. Ownership: none. Blocking: reads the bundles.
+// Errors: INVALID_ARGUMENT naming bundle and field, expected and found, or
+// what ReadBundle says; the learner is then as it was.
+absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
+                       const TaskSetup& setup, learner::PpoLearner& learner);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_INITIAL_POLICY_H_

@@ -1,0 +1,208 @@
+// What a run may begin with, and what it refuses by bundle and field.
+
+#include "tools/training/initial_policy.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "common/files.h"
+#include "common/policy/builder.h"
+#include "common/policy/safetensors.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "learner/ppo/ppo_learner.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+// The toy world's recipe with small networks.
+v1::Recipe SmallRecipe() {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_network()->mutable_policy_hidden()->Clear();
+  recipe.mutable_network()->add_policy_hidden(8);
+  recipe.mutable_network()->mutable_value_hidden()->Clear();
+  recipe.mutable_network()->add_value_hidden(8);
+  return recipe;
+}
+
+v1::Recipe ComposerRecipe() {
+  v1::Recipe recipe = SmallRecipe();
+  recipe.mutable_network()->mutable_composer()->set_primitives(2);
+  recipe.mutable_network()->mutable_composer()->add_hidden(6);
+  return recipe;
+}
+
+// A bundle of the toy world whose recipe was edited.
+std::string WriteToy(
+    const std::string& name,
+    const std::function<void(v1::Recipe&)>& edit_recipe = nullptr) {
+  v1::Recipe recipe = SmallRecipe();
+  if (edit_recipe) edit_recipe(recipe);
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  const std::string directory = JoinPath(toy.folder, name);
+  EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), directory),
+              IsOk());
+  return directory;
+}
+
+// A run of the toy world, before its first iteration.
+struct NewRun {
+  explicit NewRun(const v1::Recipe& of_recipe = ComposerRecipe())
+      : recipe(of_recipe) {
+    const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+    setup = *SetUpTask(recipe, JoinPath(toy.folder, "character.textproto"),
+                       toy.library_folder);
+    learner = *learner::PpoLearner::Create(
+        recipe, {.observation_width = setup.observation_width,
+                 .action_width = setup.action_width});
+  }
+  absl::Status Begin(const InitialPolicy& policy) const {
+    return BeginWith(policy, recipe, setup, *learner);
+  }
+
+  v1::Recipe recipe;
+  TaskSetup setup;
+  std::unique_ptr<learner::PpoLearner> learner;
+};
+
+TEST(InitialPolicy, ComposerTakesItsPrimitivesFromBundles) {
+  const NewRun run;
+  const std::string first = WriteToy("first"), second = WriteToy("second");
+
+  ASSERT_THAT(run.Begin({.init = "", .primitives = {first, second}}), IsOk());
+
+  const auto bundle = bundle::ReadBundle(second);
+  ASSERT_THAT(bundle, IsOk());
+  const TensorMap weights = run.learner->weights();
+  for (const char* name : {"policy/linear_0/weight", "normaliser/mean"}) {
+    EXPECT_EQ(weights.at(policy::PrimitiveParameter(1, name)).data,
+              bundle->weights.at(name).data);
+  }
+}
+
+TEST(InitialPolicy, RunOfOneNetworkNeedsNothing) {
+  EXPECT_THAT(NewRun(SmallRecipe()).Begin({}), IsOk());
+}
+
+TEST(InitialPolicy, TakesAComposersBundleForAComposer) {
+  const NewRun run;
+  const std::string composer = WriteToy("composer", [](v1::Recipe& recipe) {
+    *recipe.mutable_network() = ComposerRecipe().network();
+  });
+
+  ASSERT_THAT(run.Begin({.init = composer, .primitives = {}}), IsOk());
+
+  EXPECT_EQ(run.learner->weights().at("composer/linear_0/weight").data,
+            bundle::ReadBundle(composer)
+                ->weights.at("composer/linear_0/weight")
+                .data);
+}
+
+TEST(InitialPolicy, RefusesAnotherNumberOfPrimitives) {
+  const std::string one = WriteToy("one");
+
+  EXPECT_THAT(NewRun().Begin({}),
+              StatusIs(kInvalid,
+                       AllOf(HasSubstr("network.composer"),
+                             HasSubstr("expected the bundles of 2 primitives"),
+                             HasSubstr("found 0"))));
+  EXPECT_THAT(NewRun().Begin({.init = "", .primitives = {one}}),
+              StatusIs(kInvalid, HasSubstr("found 1")));
+  EXPECT_THAT(
+      NewRun(SmallRecipe()).Begin({.init = "", .primitives = {one, one}}),
+      StatusIs(kInvalid, HasSubstr("of 0 primitives")));
+  EXPECT_THAT(NewRun().Begin({.init = one, .primitives = {one, one}}),
+              StatusIs(kInvalid, HasSubstr("found both")));
+}
+
+TEST(InitialPolicy, NamesBundleAndFieldOfAPrimitiveThatDoesNotFit) {
+  struct Case {
+    std::string name;
+    std::function<void(v1::Recipe&)> edit;
+    std::string field;
+  };
+  const std::vector<Case> cases = {
+      {"composer",
+       [](v1::Recipe& r) { *r.mutable_network() = ComposerRecipe().network(); },
+       "found a composer"},
+      {"observation",
+       [](v1::Recipe& r) {
+         r.mutable_task()->mutable_observation()->add_blocks(
+             v1::Observation::BLOCK_PREVIOUS_TARGET);
+       },
+       "observation: expected the recipe's"},
+      {"action",
+       [](v1::Recipe& r) {
+         r.mutable_task()->mutable_action()->set_scale(0.7);
+       },
+       "action: expected the recipe's"},
+      {"activation",
+       [](v1::Recipe& r) {
+         r.mutable_network()->set_activation(v1::Network::ACTIVATION_TANH);
+       },
+       "node hidden_0_activation"},
+      {"clip",
+       [](v1::Recipe& r) { r.mutable_network()->set_observation_clip(5); },
+       "node clipped"},
+      {"width",
+       [](v1::Recipe& r) { r.mutable_network()->set_policy_hidden(0, 9); },
+       "network.policy_hidden): shape: expected [8, 68], found [9, 68]"},
+      {"depth",
+       [](v1::Recipe& r) { r.mutable_network()->add_policy_hidden(8); },
+       "network.policy_hidden): expected"},
+  };
+  const NewRun run;
+  const std::string good = WriteToy("good");
+  for (const Case& one : cases) {
+    const std::string bad = WriteToy(one.name, one.edit);
+
+    EXPECT_THAT(
+        run.Begin({.init = "", .primitives = {good, bad}}),
+        StatusIs(kInvalid, AllOf(HasSubstr(bad), HasSubstr(one.field))));
+  }
+}
+
+TEST(InitialPolicy, RefusesABundleOfAnotherCharacterOrObservation) {
+  const NewRun run(SmallRecipe());
+  const std::string humanoid = JoinPath(::testing::TempDir(), "humanoid");
+  ASSERT_THAT(bundle::WriteBundle(
+                  bundle::testing::CharacterContent("humanoid", SmallRecipe()),
+                  humanoid),
+              IsOk());
+  const std::string other = WriteToy("other", [](v1::Recipe& recipe) {
+    recipe.mutable_task()->mutable_observation()->add_frames_ahead(3);
+  });
+
+  EXPECT_THAT(run.Begin({.init = humanoid, .primitives = {}}),
+              StatusIs(kInvalid,
+                       AllOf(HasSubstr(humanoid),
+                             HasSubstr("character: expected \"toy\", found"))));
+  EXPECT_THAT(NewRun().Begin({.init = "", .primitives = {humanoid, humanoid}}),
+              StatusIs(kInvalid, HasSubstr("character: expected \"toy\"")));
+  EXPECT_THAT(run.Begin({.init = other, .primitives = {}}),
+              StatusIs(kInvalid, AllOf(HasSubstr(other),
+                                       HasSubstr("observation: expected"))));
+}
+
+TEST(InitialPolicy, SaysThatABundleIsNotThere) {
+  EXPECT_THAT(
+      NewRun(SmallRecipe()).Begin({.init = "/nowhere", .primitives = {}}),
+      StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
+}
+
+}  // namespace
+}  // namespace sinew::tools
