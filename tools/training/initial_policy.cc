@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
@@ -13,8 +15,13 @@
 #include "common/logging.h"
 #include "common/policy/builder.h"
 #include "common/policy/validate.h"
+#include "common/rpc/credentials.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/state/state_store.h"
+#include "learner/trainer/trainer.h"
 
 namespace sinew::tools {
 namespace {
@@ -150,13 +157,16 @@ absl::Status CheckPrimitive(const bundle::Bundle& bundle,
   return SameNetwork(alone, bundle.graph);
 }
 
-absl::Status TakeInit(const std::string& directory, const v1::Recipe& recipe,
+absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
                       const TaskSetup& setup, learner::PpoLearner& learner) {
+  const std::string& directory = policy.init;
   SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                          bundle::ReadBundle(directory));
   SINEW_RETURN_IF_ERROR(In(directory, CheckCharacter(bundle.manifest, setup)));
   SINEW_RETURN_IF_ERROR(In(directory, CheckObservation(bundle, recipe, setup)));
-  SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(bundle.weights)));
+  TensorMap weights = bundle.weights;
+  weights.insert(policy.critic.begin(), policy.critic.end());
+  SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(weights)));
   LogInfo("weights taken", {{"bundle", directory}});
   return absl::OkStatus();
 }
@@ -178,6 +188,22 @@ absl::Status TakePrimitives(const std::vector<std::string>& directories,
 
 }  // namespace
 
+absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
+                                     const Clock& clock) {
+  SINEW_ASSIGN_OR_RETURN(
+      const std::unique_ptr<checkpoint::ArtifactStore> store,
+      checkpoint::OpenStore(checkpoints, checkpoint::StoreAccess::kRead,
+                            rpc::Security(), clock));
+  std::vector<std::string> warnings;
+  SINEW_ASSIGN_OR_RETURN(learner::Trainer::State state,
+                         learner::LoadLatestState(*store, &warnings));
+  for (const std::string& warning : warnings) LogWarning(warning);
+  std::erase_if(state.tensors, [](const auto& tensor) {
+    return !absl::StartsWith(tensor.first, "critic/");
+  });
+  return std::move(state.tensors);
+}
+
 absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
                        const TaskSetup& setup, learner::PpoLearner& learner) {
   const int count = static_cast<int>(policy.primitives.size());
@@ -186,7 +212,7 @@ absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
         "--init and --primitives: expected one of them, found both");
   }
   if (!policy.init.empty()) {
-    return TakeInit(policy.init, recipe, setup, learner);
+    return TakeInit(policy, recipe, setup, learner);
   }
   const v1::Network& network = recipe.network();
   const int expected =

@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/clock.h"
+#include "common/policy/safetensors.h"
 #include "learner/ppo/ppo_learner.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "tools/training/task_setup.h"
@@ -15,7 +18,16 @@ namespace sinew::tools {
 struct InitialPolicy {
   std::string init;                     // its weights; empty: none
   std::vector<std::string> primitives;  // what a composer weighs
+  // Weights of a value network that comes with `init`; empty: none, the run's
+  // own starts untrained.
+  TensorMap critic = {};
 };
+
+// The value network's weights of the newest training state in a run's folder
+// checkpoints/; bundles have none. Blocks on the disk. Errors: those of
+// LoadLatestState.
+absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
+                                     const Clock& clock);
 
 // Puts the bundles' weights into the learner, made for this recipe (defaults
 // filled) and task. Every bundle must be of the same character, joints in the

@@ -112,6 +112,20 @@ TEST(InitialPolicy, TakesAComposersBundleForAComposer) {
                 .data);
 }
 
+TEST(InitialPolicy, TakesTheValueNetworkThatComesWithABundle) {
+  const NewRun run(SmallRecipe());
+  const std::string bundle = WriteToy("bundle");
+  const std::string name = "critic/linear_0/weight";
+  HostTensor given = run.learner->weights().at(name);
+  for (float& value : given.mutable_float32()) value = 0.25f;
+
+  ASSERT_THAT(
+      run.Begin({.init = bundle, .primitives = {}, .critic = {{name, given}}}),
+      IsOk());
+
+  EXPECT_EQ(run.learner->weights().at(name).data, given.data);
+}
+
 TEST(InitialPolicy, RefusesAnotherNumberOfPrimitives) {
   const std::string one = WriteToy("one");
 

@@ -167,7 +167,10 @@ TrainingRun::Options ProcedureRun::StageOptions(int stage) const {
   options.minutes = 0;
   options.iterations = 0;
   if (what.kind != learner::StageKind::kFull) options.init.clear();
-  if (what.from >= 0) options.init = StagePath(what.from, "bundle");
+  if (what.from >= 0) {
+    options.init = StagePath(what.from, "bundle");
+    options.init_critic = StagePath(what.from, "checkpoints");
+  }
   for (const int primitive : what.primitives) {
     options.primitives.push_back(StagePath(primitive, "bundle"));
   }

@@ -202,6 +202,7 @@ TEST_F(ProcedureRunTest, GivesEachStageItsRecipeAndItsFolder) {
   EXPECT_THAT(hard.recipe.task().start().only_clips(),
               ElementsAre("sway", "tumble"));
   EXPECT_NE(hard.recipe.seed(), full.recipe.seed());
+  EXPECT_EQ(hard.init_critic, JoinPath(full.directory, "checkpoints"));
   for (const TrainingRun::Options& stage : steps.trained()) {
     EXPECT_FALSE(stage.recipe.has_procedure());
     EXPECT_THAT(ValidateRecipe(stage.recipe), IsOk());

@@ -76,6 +76,9 @@ class TrainingRun {
     std::string checkpoint_address = {};
     // Bundle whose weights a run without states begins with; empty: none.
     std::string init = {};
+    // Folder checkpoints/ of the run that `init` is of, whose newest value
+    // network comes with it; empty: it starts untrained.
+    std::string init_critic = {};
     // Bundles that the recipe's composer weighs, if a run without states has
     // one.
     std::vector<std::string> primitives = {};

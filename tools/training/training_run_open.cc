@@ -168,8 +168,13 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
                                    .ranks = options_.ranks,
                                    .mirror = setup.mirror}));
   if (!state_) {
-    SINEW_RETURN_IF_ERROR(BeginWith({options_.init, options_.primitives},
-                                    options_.recipe, setup, *learner));
+    InitialPolicy policy = {.init = options_.init,
+                            .primitives = options_.primitives};
+    if (!options_.init_critic.empty()) {
+      SINEW_ASSIGN_OR_RETURN(policy.critic,
+                             ReadCritic(options_.init_critic, clock_));
+    }
+    SINEW_RETURN_IF_ERROR(BeginWith(policy, options_.recipe, setup, *learner));
   }
   learner::Trainer::Options trainer;
   trainer.recipe = options_.recipe;
