@@ -198,6 +198,15 @@ class Bench {
 
 }  // namespace
 
+absl::Status CheckTask(const world::TrackingTask& task) {
+  const bool drives = task.recipe().task().actuator_model().drives_size() > 0;
+  if (!drives && !task.randomisation().on()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "bench: expected a recipe without ",
+      drives ? "task.actuator_model" : "task.randomisation",
+      ", which the plain loop around mj_step does not know, found one with"));
+}
+
 absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,
     const std::shared_ptr<const actor::RolloutAssets>& assets,
@@ -207,6 +216,7 @@ absl::StatusOr<ActorFigures> MeasureActor(
         "threads, rounds and repetitions: expected >= 1, found ",
         options.threads, ", ", options.rounds, " and ", options.repetitions));
   }
+  SINEW_RETURN_IF_ERROR(CheckTask(assets->task()));
   SINEW_ASSIGN_OR_RETURN(
       const auto prepared,
       actor::PreparedSnapshot::Create(
