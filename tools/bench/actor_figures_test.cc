@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "actor/rollout_assets.h"
 #include "common/config/recipe.h"
 #include "common/testing/matchers.h"
