@@ -214,7 +214,6 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
       const std::shared_ptr<const actor::RolloutAssets> assets,
       actor::RolloutAssets::FromParts(recipe, std::move(character),
                                       std::move(library), std::move(fallen)));
-  SINEW_RETURN_IF_ERROR(bench::CheckTask(assets->task()));
   SINEW_ASSIGN_OR_RETURN(const v1::Snapshot snapshot,
                          bench::IdlePolicy(*assets));
 

@@ -51,6 +51,9 @@ Blob FindFallenStates(checkpoint::ArtifactStore& store,
     return nullptr;
   }
   std::vector<std::string> found;
+  for (const std::string& damaged : list->damaged()) {
+    found.push_back(Note(damaged, "the record is damaged"));
+  }
   for (const v1::Artifact& artifact : list->artifacts()) {
     const std::map<std::string, std::string> kept = Digests(artifact);
     const auto fallen = kept.find(kFallen);
