@@ -17,6 +17,7 @@
 #include "common/policy/safetensors.h"
 #include "common/status_macros.h"
 #include "common/thread_seconds.h"
+#include "sim/world/tracking_task.h"
 #include "tools/bench/raw_physics.h"
 
 namespace sinew::bench {
@@ -196,8 +197,6 @@ class Bench {
   std::string bytes_;
 };
 
-}  // namespace
-
 absl::Status CheckTask(const world::TrackingTask& task) {
   const bool drives = task.recipe().task().actuator_model().drives_size() > 0;
   if (!drives && !task.randomisation().on()) return absl::OkStatus();
@@ -206,6 +205,8 @@ absl::Status CheckTask(const world::TrackingTask& task) {
       drives ? "task.actuator_model" : "task.randomisation",
       ", which the plain loop around mj_step does not know, found one with"));
 }
+
+}  // namespace
 
 absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,

@@ -3,11 +3,9 @@
 
 #include <memory>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "actor/rollout_assets.h"
 #include "proto/sinew/v1/snapshot.pb.h"
-#include "sim/world/tracking_task.h"
 
 namespace sinew::bench {
 
@@ -41,15 +39,12 @@ struct ActorOptions {
   int horizon = 64;      // control steps of an order
 };
 
-// INVALID_ARGUMENT for tasks whose physics is more than the plain loop knows:
-// randomised, or with an actuator model.
-absl::Status CheckTask(const world::TrackingTask& task);
-
 // `snapshot` acts; its policy should survive, as a trained one does.
 //
-// Blocking: about a second per round. Errors: those of CheckTask and
-// RolloutWorker; INTERNAL if the raw loop does not reproduce the rollout's
-// states.
+// Blocking: about a second per round. Errors: those of RolloutWorker;
+// INVALID_ARGUMENT for recipes whose physics is more than the plain loop knows
+// (randomised, or with an actuator model); INTERNAL if the raw loop does not
+// reproduce the rollout's states.
 absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,
     const std::shared_ptr<const actor::RolloutAssets>& assets,
