@@ -20,9 +20,10 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> StartsByClip(
     const world::TrackingTask& task) {
   SINEW_ASSIGN_OR_RETURN(std::vector<v1::EvaluationStart> starts,
                          actor::FallenStarts(task, kLateSeconds));
-  std::stable_sort(
-      starts.begin(), starts.end(),
-      [](const auto& a, const auto& b) { return a.clip() < b.clip(); });
+  std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) {
+    return std::make_pair(a.clip(), a.fallen_state()) <
+           std::make_pair(b.clip(), b.fallen_state());
+  });
   return starts;
 }
 
