@@ -80,7 +80,7 @@ TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
   EXPECT_FALSE(FileExists(rig.Path("cut/bundle")));
   rig.MustRun("second", Train(rig, "cut", kFull + kOthers + 1));
   for (const std::string& stage : {kStages[3], kStages[5]}) {
-    const std::string name = absl::StrCat("killed", stage.back());
+    const std::string name = absl::StrCat("killed_in_", stage.substr(7, 2));
     const auto process = rig.Start(name, Train(rig, "cut"));
     rig.AwaitRows(*process, JoinPath("cut", stage), 1);
     process->Signal(SIGKILL);

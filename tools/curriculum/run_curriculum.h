@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "common/clock.h"
@@ -22,11 +23,13 @@ struct RunCurriculum {
   double frames_per_second = 30;  // of its library
   v1::CurriculumTable table;
   learner::CurriculumSummary summary;
+  // Newer states that were passed over since they are damaged.
+  std::vector<std::string> warnings;
 };
 
 // Reads a run directory, also while training goes on. Blocks on the disk.
 // NOT_FOUND: it is no run directory, or holds no training state yet;
-// INVALID_ARGUMENT: its recipe; DATA_LOSS: its newest state is damaged.
+// INVALID_ARGUMENT: its recipe; DATA_LOSS: all its states are damaged.
 absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
                                                 const Clock& clock);
 

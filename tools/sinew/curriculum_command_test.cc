@@ -212,8 +212,24 @@ TEST_F(CurriculumCommand, SaysWhatIsNoRun) {
                                  HasSubstr("expected a training state, found "
                                            "none")));
   SaveState(4, "other.pb");
-  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kDataLoss,
-                                 HasSubstr("in state.pb, found no such file")));
+  EXPECT_THAT(
+      Output(),
+      StatusIs(absl::StatusCode::kDataLoss,
+               HasSubstr("state-4: training state: expected a file state.pb")));
+}
+
+TEST_F(CurriculumCommand, PassesOverAStateThatIsDamaged) {
+  WriteConfig();
+  SaveState(4);
+  SaveState(8, "other.pb");
+
+  ::testing::internal::CaptureStderr();
+  const auto output = Output(" --json");
+  const std::string errors = ::testing::internal::GetCapturedStderr();
+
+  ASSERT_THAT(output, IsOk());
+  EXPECT_EQ(Json::parse(*output)["iteration"], 4);
+  EXPECT_THAT(errors, HasSubstr("passed over state-8"));
 }
 
 }  // namespace
