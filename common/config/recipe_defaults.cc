@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "common/config/recipe.h"
+#include "google/protobuf/repeated_field.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew {
@@ -98,14 +99,16 @@ void FillTask(v1::Task& task) {
   FillVariants(task);
 }
 
+// 256, 256 if empty.
+void FillHidden(google::protobuf::RepeatedField<int32_t>& widths) {
+  if (widths.empty()) widths.Resize(2, 256);
+}
+
 void FillNetwork(v1::Network& network) {
-  if (network.policy_hidden_size() == 0) {
-    network.add_policy_hidden(256);
-    network.add_policy_hidden(256);
-  }
-  if (network.value_hidden_size() == 0) {
-    network.add_value_hidden(256);
-    network.add_value_hidden(256);
+  FillHidden(*network.mutable_policy_hidden());
+  FillHidden(*network.mutable_value_hidden());
+  if (network.has_composer()) {
+    FillHidden(*network.mutable_composer()->mutable_hidden());
   }
   SINEW_DEFAULT(network, activation, v1::Network::ACTIVATION_SILU);
   SINEW_DEFAULT(network, last_layer_gain, 0.01);
@@ -138,6 +141,19 @@ void FillPpo(v1::Ppo& ppo) {
   SINEW_DEFAULT(anneal, learning_rate_factor, 0.3);
 }
 
+// Only where they are set, like variants: other recipes print as they always
+// did.
+void FillStages(v1::Recipe& recipe) {
+  if (recipe.has_plateau()) {
+    SINEW_OPTIONAL_DEFAULT(*recipe.mutable_plateau(), gain, 0.01);
+  }
+  if (!recipe.has_procedure()) return;
+  v1::Procedure& procedure = *recipe.mutable_procedure();
+  SINEW_DEFAULT(procedure, max_primitives, 2);
+  SINEW_OPTIONAL_DEFAULT(procedure, learnable_share, 0.1);
+  FillHidden(*procedure.mutable_composer_hidden());
+}
+
 void FillEvaluation(int max_policy_lag, v1::Evaluation& evaluation) {
   SINEW_DEFAULT(evaluation, starts, 32);
   SINEW_DEFAULT(evaluation, seconds, 10);
@@ -166,6 +182,7 @@ v1::Recipe WithDefaults(v1::Recipe recipe) {
   FillPpo(*recipe.mutable_ppo());
   FillEvaluation(recipe.rollouts().max_policy_lag(),
                  *recipe.mutable_evaluation());
+  FillStages(recipe);
   SINEW_DEFAULT(*recipe.mutable_checkpointing(), interval, 20);
   SINEW_DEFAULT(*recipe.mutable_checkpointing(), keep, 3);
   return recipe;

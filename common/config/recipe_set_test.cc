@@ -67,6 +67,20 @@ TEST(SetRecipeField, ReplacesLists) {
                           "blocks: BLOCK_PREVIOUS_TARGET } }"));
 }
 
+TEST(SetRecipeField, SetsWhatTrainingsInStagesAreMadeOf) {
+  EXPECT_THAT(After("task.start.only_clips=[walk, run_2]"),
+              EqualsProto("task { start { only_clips: 'walk' "
+                          "only_clips: 'run_2' } }"));
+  EXPECT_THAT(After("plateau.gain=0"), EqualsProto("plateau { gain: 0 }"));
+  EXPECT_THAT(After("plateau.min_samples=5000000000"),
+              EqualsProto("plateau { min_samples: 5000000000 }"));
+  EXPECT_THAT(After("procedure.composer_hidden=[512,256]"),
+              EqualsProto("procedure { composer_hidden: 512 "
+                          "composer_hidden: 256 }"));
+  EXPECT_THAT(After("network.composer.primitives=3"),
+              EqualsProto("network { composer { primitives: 3 } }"));
+}
+
 TEST(SetRecipeField, KeepsAZeroThatHasAMeaning) {
   EXPECT_THAT(After("ppo.gae_lambda=0"), EqualsProto("ppo { gae_lambda: 0 }"));
   EXPECT_EQ(WithDefaults(After("ppo.gae_lambda=0")).ppo().gae_lambda(), 0);

@@ -172,6 +172,9 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"task.start.uniform_share=1.5"},
                   "task.start.uniform_share: expected within [0, 1], found "
                   "1.5"},
+        Violation{{"task.start.only_clips=[walk,run,walk]"},
+                  "task.start.only_clips: expected each clip at most once, "
+                  "found \"walk\""},
         Violation{{"task.start.adaptive.pre_failure_seconds=-1"},
                   "task.start.adaptive.pre_failure_seconds: expected within "
                   "[0, 1000000], found -1"},
@@ -287,9 +290,12 @@ void ExpectEveryNanRefused(v1::Recipe& recipe, Message& message,
     if (field->is_repeated()) continue;
     const std::string name = absl::StrCat(path, field->name());
     if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      const bool was_set = reflection->HasField(message, field);
       ExpectEveryNanRefused(recipe,
                             *reflection->MutableMessage(&message, field),
                             absl::StrCat(name, "."));
+      // To set some groups is to ask for what they are about.
+      if (!was_set) reflection->ClearField(&message, field);
     } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
       const double before = reflection->GetDouble(message, field);
       reflection->SetDouble(&message, field,

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "common/config/field_checker.h"
+#include "common/config/procedure_validate.h"
 #include "common/config/recipe.h"
 #include "common/config/variants_validate.h"
 #include "google/protobuf/repeated_field.h"
@@ -105,6 +106,16 @@ void CheckReward(const v1::Reward& reward, FieldChecker& check) {
   check.AtLeast(reward.power_cost(), 0, "task.reward.power_cost");
 }
 
+void CheckOnlyClips(const v1::Start& start, FieldChecker& check) {
+  std::set<absl::string_view> seen;
+  for (const std::string& name : start.only_clips()) {
+    check.Require(!name.empty(), "task.start.only_clips", "names of clips",
+                  name);
+    check.Require(seen.insert(name).second, "task.start.only_clips",
+                  "each clip at most once", name);
+  }
+}
+
 void CheckStart(const v1::Start& start, FieldChecker& check) {
   check.Require(start.rule() != v1::Start::RULE_UNSPECIFIED &&
                     v1::Start::Rule_IsValid(start.rule()),
@@ -118,6 +129,7 @@ void CheckStart(const v1::Start& start, FieldChecker& check) {
                 "task.start.joint_position_noise");
   check.AtLeast(start.joint_velocity_noise(), 0,
                 "task.start.joint_velocity_noise");
+  CheckOnlyClips(start, check);
   const v1::AdaptiveBins& adaptive = start.adaptive();
   check.Within(adaptive.pre_failure_seconds(), 0, kMaxStartSeconds,
                "task.start.adaptive.pre_failure_seconds");
@@ -270,6 +282,7 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe) {
   CheckBatch(recipe, check);
   CheckPpo(recipe.ppo(), check);
   CheckEvaluation(recipe, check);
+  CheckStages(recipe, check);
   check.AtLeast(recipe.checkpointing().interval(), 1, "checkpointing.interval");
   check.AtLeast(recipe.checkpointing().keep(), 1, "checkpointing.keep");
   return check.status();

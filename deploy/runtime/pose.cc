@@ -28,13 +28,6 @@ absl::Status CheckArray(const double* values, int count, bool needed,
   return absl::OkStatus();
 }
 
-int RootQpos(const mjModel& model) {
-  return model.jnt_qposadr[model.body_jntadr[1]];
-}
-int RootDof(const mjModel& model) {
-  return model.jnt_dofadr[model.body_jntadr[1]];
-}
-
 }  // namespace
 
 absl::Status CheckPose(const Pose& pose, const PoseNeeds& needs,
@@ -79,8 +72,8 @@ PoseBuffer::PoseBuffer(int joints)
 
 void PoseBuffer::Read(const character::Character& character,
                       const mjData& data) {
-  const double* qpos = data.qpos + RootQpos(*character.model());
-  const double* qvel = data.qvel + RootDof(*character.model());
+  const double* qpos = data.qpos + character.root_qpos_address();
+  const double* qvel = data.qvel + character.root_dof_address();
   std::copy_n(qpos, 3, root_position_);
   std::copy_n(qpos + 3, 4, root_rotation_);
   std::copy_n(qvel, 3, root_linear_velocity_);
@@ -125,8 +118,8 @@ void PoseBuffer::Move(const Eigen::Quaterniond& turn,
 
 void SetPose(const character::Character& character, const Pose& pose,
              mjData* data) {
-  double* qpos = data->qpos + RootQpos(*character.model());
-  double* qvel = data->qvel + RootDof(*character.model());
+  double* qpos = data->qpos + character.root_qpos_address();
+  double* qvel = data->qvel + character.root_dof_address();
   for (int i = 0; i < 3; ++i) {
     qpos[i] = pose.root_position == nullptr ? 0 : pose.root_position[i];
     qvel[i] =

@@ -35,7 +35,7 @@ LowestPoint FindLowest(const character::Character& character, mjData* data) {
 
 RootEstimate EstimateRoot(const character::Character& character, mjData* data) {
   const mjModel* model = character.model();
-  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  double* root = data->qpos + character.root_qpos_address();
   root[2] = character.proto().standing_root_height();
   mj_kinematics(model, data);
   mj_comPos(model, data);

@@ -175,9 +175,8 @@ absl::Status Runtime::StepTo(const Pose& state, absl::Span<const Pose> frames,
 // The body's state into data_ and body_, with what an IMU cannot give.
 void Runtime::PlaceBody(const Pose& state) {
   SetPose(character(), state, data_.get());
-  const mjModel* model = character().model();
-  double* position = data_->qpos + model->jnt_qposadr[model->body_jntadr[1]];
-  double* velocity = data_->qvel + model->jnt_dofadr[model->body_jntadr[1]];
+  double* position = data_->qpos + character().root_qpos_address();
+  double* velocity = data_->qvel + character().root_dof_address();
   if (state.root_position == nullptr || state.root_linear_velocity == nullptr) {
     std::fill_n(velocity, 3, 0.0);
     const RootEstimate estimate = EstimateRoot(character(), data_.get());

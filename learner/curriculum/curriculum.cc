@@ -11,6 +11,7 @@
 #include "common/config/recipe.h"
 #include "common/evaluation/evaluation_summary.h"
 #include "common/status_macros.h"
+#include "learner/curriculum/only_clips_check.h"
 
 namespace sinew::learner {
 namespace {
@@ -78,7 +79,9 @@ absl::StatusOr<std::unique_ptr<Curriculum>> Curriculum::Create(
                      "left out of training, found none in ",
                      clips));
   }
+  SINEW_RETURN_IF_ERROR(CheckOnlyClips(start, library));
   result->rule_ = MakeStartRule(start);
+  result->MarkDrawn();
   result->Reweigh();
   return result;
 }
@@ -112,6 +115,15 @@ absl::Status Curriculum::AddClip(const v1::ClipInfo& info,
     ++bins.count;
   }
   return absl::OkStatus();
+}
+
+void Curriculum::MarkDrawn() {
+  drawn_bins_ = 0;
+  for (size_t c = 0; c < clips_.size(); ++c) {
+    ClipBins& bins = clips_[c];
+    bins.drawn = bins.count > 0 && rule_->Draws(table_, static_cast<int>(c));
+    if (bins.drawn) drawn_bins_ += bins.count;
+  }
 }
 
 v1::CurriculumTable::Bin& Curriculum::BinAt(const ClipBins& clip,
@@ -197,9 +209,10 @@ void Curriculum::RecordEvaluation(
 void Curriculum::Forget() {
   if (passages_ == 0) return;
   const double keep = std::exp2(-static_cast<double>(passages_) /
-                                (table_.bins_size() * half_life_passages_));
+                                (drawn_bins_ * half_life_passages_));
   passages_ = 0;
   for (auto& bin : *table_.mutable_bins()) {
+    if (!clips_[bin.clip()].drawn) continue;
     const double passages = bin.recent_passages() * keep;
     const double failures = bin.recent_failures() * keep;
     bin.set_recent_passages(passages < kForgotten ? 0 : passages);

@@ -33,9 +33,13 @@ namespace sinew::learner {
 // those before it by the share of the frames passed there that lie at most
 // pre_failure_seconds before the failure: the cause lies there, and never
 // before the start, which is a frame of the clip itself. With P passages in an
-// iteration and B bins, Reweigh multiplies both counts by
-// 2^(-P / (B * half_life_passages)), so that what counts as recent scales with
-// the library.
+// iteration and B bins that starts are drawn from, Reweigh multiplies both
+// counts of these by 2^(-P / (B * half_life_passages)), so that what counts as
+// recent scales with the library.
+//
+// Where start.only_clips names some clips, starts are drawn from these alone;
+// the others keep bins and statistics, their probability is 0, and evaluations
+// count for all.
 //
 // Thread-safety: one caller. Ownership: owns the table and its rule. Blocking:
 // never; Record does not allocate. Errors: Create names the field or the clip;
@@ -46,6 +50,7 @@ class Curriculum {
   // last bin of a clip may be shorter. The last frame of a clip that does not
   // loop is no start; clips that are left out have no bins. `clip_sha256`: by
   // clip, or empty: then no clip is ever recognised in another library.
+  // start.only_clips must be clips of the library that are not left out.
   static absl::StatusOr<std::unique_ptr<Curriculum>> Create(
       const v1::Start& start, const v1::MotionLibrary& library,
       absl::Span<const std::string> clip_sha256 = {});
@@ -64,6 +69,9 @@ class Curriculum {
 
   const v1::CurriculumTable& table() const { return table_; }
   const StartRule& rule() const { return *rule_; }
+  // Whether starts are drawn from a clip: not left out, and one of
+  // start.only_clips if there are any.
+  bool Draws(int clip) const { return clips_[clip].drawn; }
 
   // From a training state of the same library, bit for bit.
   // FAILED_PRECONDITION if bins or clips differ.
@@ -79,8 +87,10 @@ class Curriculum {
     int first = 0, count = 0;
     int64_t frames = 0;  // that can be started at
     bool loops = false;
+    bool drawn = false;  // starts are drawn from them
   };
   absl::Status AddClip(const v1::ClipInfo& info, const std::string& sha256);
+  void MarkDrawn();
   // Bin of a frame of a clip that has bins; frames past the end wrap (looping
   // clips) or count for the last bin.
   v1::CurriculumTable::Bin& BinAt(const ClipBins& clip, int64_t frame);
@@ -99,6 +109,7 @@ class Curriculum {
 
   v1::CurriculumTable table_;
   std::vector<ClipBins> clips_;
+  int drawn_bins_ = 0;
   int64_t pre_failure_frames_ = 0;
   double half_life_passages_ = 1;
   int64_t passages_ = 0;  // since the last Reweigh

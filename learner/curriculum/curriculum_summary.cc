@@ -16,6 +16,12 @@ double NegPLogP(double p) { return p > 0 ? -p * std::log(p) : 0; }
 
 int Tenth(int count) { return (count + 9) / 10; }
 
+int ClipsWithBins(const v1::CurriculumTable& table) {
+  const std::vector<double> frames = FramesByClip(table);
+  return static_cast<int>(std::count_if(frames.begin(), frames.end(),
+                                        [](double n) { return n > 0; }));
+}
+
 void SummariseEntropy(const v1::CurriculumTable& table,
                       CurriculumSummary& summary) {
   const double frames = TotalFrames(table);
@@ -85,17 +91,17 @@ std::vector<int> First(int size, int count, Key key) {
 CurriculumSummary Summarise(const v1::CurriculumTable& table,
                             const StartRule& rule) {
   CurriculumSummary summary;
-  summary.bins = table.bins_size();
-  for (const double frames : FramesByClip(table)) {
-    summary.clips += frames > 0 ? 1 : 0;
-  }
+  summary.clips = ClipsWithBins(table);
   for (const auto& clip : table.clips()) {
     summary.left_out_clips += clip.left_out() ? 1 : 0;
   }
+  const v1::CurriculumTable drawn = DrawnPart(table, rule);
+  summary.drawn_clips = ClipsWithBins(drawn);
+  summary.bins = drawn.bins_size();
   if (summary.bins == 0) return summary;
   summary.floor_share = rule.FloorShare(table);
-  SummariseEntropy(table, summary);
-  SummariseShares(table, summary);
+  SummariseEntropy(drawn, summary);
+  SummariseShares(drawn, summary);
   SummariseEvaluations(table, summary);
   return summary;
 }

@@ -14,6 +14,10 @@ namespace sinew::learner {
 struct CurriculumSummary {
   int clips = 0;  // that are trained on
   int left_out_clips = 0;
+  // Of `clips`, those that starts are drawn from (StartRule::Draws): all,
+  // unless the recipe names some. All below is of these alone, but for
+  // evaluations.
+  int drawn_clips = 0;
   int bins = 0;
   // Of the start probabilities over bins, nats, and relative to that of the
   // uniform rule (1 where there is one bin alone): less is more focused. It may
@@ -58,7 +62,8 @@ std::vector<int> HardestBins(const v1::CurriculumTable& table, int count);
 
 // The `count` clips that are trained on, or all, hardest first: by the share of
 // starts that failed their latest evaluation, then by recent failure rate, of
-// equals the first.
+// equals the first. Given DrawnPart of a table, of the clips that starts are
+// drawn from.
 std::vector<int> HardestClips(const v1::CurriculumTable& table, int count);
 
 }  // namespace sinew::learner

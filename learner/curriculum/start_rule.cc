@@ -1,11 +1,13 @@
 #include "learner/curriculum/start_rule.h"
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "common/config/recipe.h"
 #include "learner/curriculum/adaptive_bins.h"
 #include "learner/curriculum/bin_sums.h"
+#include "learner/curriculum/only_clips_rule.h"
 
 namespace sinew::learner {
 namespace {
@@ -132,7 +134,35 @@ class AdaptiveBinsRule final : public StartRule {
   const v1::AdaptiveBins adaptive_;
 };
 
+std::unique_ptr<StartRule> MakeRuleOfAllClips(const v1::Start& start) {
+  switch (start.rule()) {
+    case v1::Start::RULE_BINS:
+      return MakeFailureRateRule(start.uniform_share());
+    case v1::Start::RULE_PHC_SOFT:
+      return MakePhcSoftRule();
+    case v1::Start::RULE_PHC_HARD:
+      return MakePhcHardRule();
+    case v1::Start::RULE_ADAPTIVE_BINS:
+      return MakeAdaptiveBinsRule(WithDefaults(start.adaptive()));
+    default:
+      return MakeUniformRule();
+  }
+}
+
 }  // namespace
+
+bool StartRule::Draws(const v1::CurriculumTable&, int) const { return true; }
+
+v1::CurriculumTable DrawnPart(const v1::CurriculumTable& table,
+                              const StartRule& rule) {
+  v1::CurriculumTable part;
+  part.set_bin_frames(table.bin_frames());
+  *part.mutable_clips() = table.clips();
+  for (const auto& bin : table.bins()) {
+    if (rule.Draws(table, bin.clip())) *part.add_bins() = bin;
+  }
+  return part;
+}
 
 std::unique_ptr<StartRule> MakeUniformRule() {
   return std::make_unique<UniformRule>();
@@ -156,18 +186,10 @@ std::unique_ptr<StartRule> MakeAdaptiveBinsRule(
 }
 
 std::unique_ptr<StartRule> MakeStartRule(const v1::Start& start) {
-  switch (start.rule()) {
-    case v1::Start::RULE_BINS:
-      return MakeFailureRateRule(start.uniform_share());
-    case v1::Start::RULE_PHC_SOFT:
-      return MakePhcSoftRule();
-    case v1::Start::RULE_PHC_HARD:
-      return MakePhcHardRule();
-    case v1::Start::RULE_ADAPTIVE_BINS:
-      return MakeAdaptiveBinsRule(WithDefaults(start.adaptive()));
-    default:
-      return MakeUniformRule();
-  }
+  std::unique_ptr<StartRule> rule = MakeRuleOfAllClips(start);
+  if (start.only_clips().empty()) return rule;
+  return MakeOnlyClipsRule(
+      {start.only_clips().begin(), start.only_clips().end()}, std::move(rule));
 }
 
 }  // namespace sinew::learner

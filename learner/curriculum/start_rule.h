@@ -9,7 +9,9 @@
 namespace sinew::learner {
 
 // Turns the statistics of a table into start probabilities. Only clips with
-// bins are drawn from; left-out ones have none.
+// bins are drawn from; left-out ones have none. Where a rule draws from some of
+// them alone (only_clips_rule.h), the others keep their bins and have
+// probability 0.
 //
 // Thread-safety: stateless. Ownership: borrows the table for a call. Blocking:
 // never. Errors: none; probabilities are >= 0 and sum to 1 but for rounding
@@ -17,12 +19,20 @@ namespace sinew::learner {
 class StartRule {
  public:
   virtual ~StartRule() = default;
-  // Sets `probability` of every bin from the statistics; at least one bin.
+  // Sets `probability` of every bin from the statistics; at least one bin that
+  // it draws from.
   virtual void Weigh(v1::CurriculumTable& table) const = 0;
   // Share of the starts that the rule gives whatever the statistics say,
   // [0, 1].
   virtual double FloorShare(const v1::CurriculumTable& table) const = 0;
+  // Whether a clip that has bins is one of those that starts are drawn from,
+  // whatever the statistics say.
+  virtual bool Draws(const v1::CurriculumTable& table, int clip) const;
 };
+
+// The table with the bins alone that the rule draws from; all clips stay.
+v1::CurriculumTable DrawnPart(const v1::CurriculumTable& table,
+                              const StartRule& rule);
 
 // Every frame of every clip alike: probability proportional to bin frames.
 std::unique_ptr<StartRule> MakeUniformRule();
@@ -46,7 +56,8 @@ std::unique_ptr<StartRule> MakePhcHardRule();
 std::unique_ptr<StartRule> MakeAdaptiveBinsRule(
     const v1::AdaptiveBins& adaptive);
 
-// The rule in force under a recipe; UNIFORM if unset.
+// The rule in force under a recipe, of only_clips if some are named; UNIFORM if
+// unset.
 std::unique_ptr<StartRule> MakeStartRule(const v1::Start& start);
 
 }  // namespace sinew::learner

@@ -10,13 +10,13 @@
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
 #include "common/status_macros.h"
+#include "learner/state/newest_state.h"
 
 namespace sinew::learner {
 namespace {
 
 using checkpoint::ArtifactFiles;
 
-constexpr char kCounters[] = "state.pb";
 constexpr char kTensors[] = "tensors.safetensors";
 
 std::string SnapshotFile(int64_t version) {
@@ -49,7 +49,7 @@ ArtifactFiles StateToFiles(const Trainer::State& state) {
   SINEW_CHECK(state.counters.snapshots_size() ==
               static_cast<int>(state.snapshots.size()));
   ArtifactFiles files;
-  files[kCounters] = MakeBlob(SerializeDeterministically(state.counters));
+  files[kStateCounters] = MakeBlob(SerializeDeterministically(state.counters));
   files[kTensors] = MakeBlob(SerializeSafetensors(state.tensors));
   for (int i = 0; i < state.counters.snapshots_size(); ++i) {
     files[SnapshotFile(state.counters.snapshots(i).version())] =
@@ -60,12 +60,8 @@ ArtifactFiles StateToFiles(const Trainer::State& state) {
 
 absl::StatusOr<Trainer::State> StateFromFiles(const ArtifactFiles& files) {
   Trainer::State state;
-  SINEW_ASSIGN_OR_RETURN(const Blob counters, Find(files, kCounters));
-  if (!state.counters.ParseFromString(*counters)) {
-    return absl::DataLossError(
-        absl::StrCat(kCounters, ": expected a training state, found ",
-                     counters->size(), " bytes that are none"));
-  }
+  SINEW_ASSIGN_OR_RETURN(const Blob counters, Find(files, kStateCounters));
+  SINEW_ASSIGN_OR_RETURN(state.counters, ParseCounters(*counters));
   SINEW_ASSIGN_OR_RETURN(const Blob tensors, Find(files, kTensors));
   SINEW_RETURN_IF_ERROR(ReadTensors(*tensors, state.tensors));
   for (const v1::SnapshotReference& reference : state.counters.snapshots()) {

@@ -6,6 +6,7 @@
 #include "common/digest.h"
 #include "common/testing/matchers.h"
 #include "deploy/checkpoint/client/testing/memory_store.h"
+#include "learner/state/newest_state.h"
 #include "learner/state/state_files.h"
 #include "learner/state/testing/make_state.h"
 
@@ -132,6 +133,32 @@ TEST_F(StateStore, MakesRoomWithTheOldestState) {
   EXPECT_THAT(SaveState(store_, MakeState(3, 1000), 2), IsOk());
 
   EXPECT_THAT(Ids(store_), ElementsAre("state-00000003", "state-00000002"));
+}
+
+TEST_F(StateStore, ReadsTheNewestCountersWithoutTensors) {
+  ASSERT_THAT(SaveState(store_, MakeState(1), 3), IsOk());
+  ASSERT_THAT(SaveState(store_, MakeState(2), 3), IsOk());
+  store_.Damage(TensorsDigest(MakeState(2)));
+
+  const auto counters = LoadLatestCounters(store_, &warnings_);
+
+  ASSERT_THAT(counters, IsOk());
+  EXPECT_EQ(counters->samples(), 200);
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+TEST_F(StateStore, ReadsOlderCountersWhenTheNewerAreDamaged) {
+  EXPECT_THAT(LoadLatestCounters(store_, &warnings_),
+              StatusIs(absl::StatusCode::kNotFound));
+  ASSERT_THAT(SaveState(store_, MakeState(1), 3), IsOk());
+  ASSERT_THAT(SaveState(store_, MakeState(2), 3), IsOk());
+  store_.Damage(Sha256Hex(*StateToFiles(MakeState(2)).at("state.pb")));
+
+  const auto counters = LoadLatestCounters(store_, &warnings_);
+
+  ASSERT_THAT(counters, IsOk());
+  EXPECT_EQ(counters->iteration(), 1);
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("passed over state-00000002")));
 }
 
 TEST_F(StateStore, SaysWhenThereIsNone) {

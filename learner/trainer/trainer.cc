@@ -66,7 +66,8 @@ Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
       learner_(std::move(learner)),
       experience_(experience),
       planner_(std::move(planner)),
-      annealer_(options_.recipe.ppo().anneal()) {}
+      annealer_(options_.recipe.ppo().anneal()),
+      plateau_(options_.recipe.plateau()) {}
 
 absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
     Options options, std::unique_ptr<PpoLearner> learner,
@@ -176,7 +177,8 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   curriculum_->Reweigh();
   ++iteration_;
   samples_ += report.update.samples;
-  if (report.evaluation) ObserveEvaluation(*report.evaluation);
+  if (report.evaluation) ObserveEvaluation(report.drawn);
+  if (plateau_.enabled()) report.plateau = plateau_.state();
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
   SINEW_RETURN_IF_ERROR(PublishSnapshot());
@@ -203,18 +205,28 @@ void Trainer::FinishEvaluations(const std::vector<v1::Segment>& segments,
     }
     report.evaluation =
         SummariseEvaluation(results, LeftOutClips(options_.library));
+    report.drawn = SummariseDrawn(results);
     report.evaluated_iteration = pending_.front().begun_iteration();
     curriculum_->RecordEvaluation(results, report.evaluated_iteration);
     pending_.pop_front();
   }
 }
 
-void Trainer::ObserveEvaluation(const EvaluationSummary& evaluation) {
-  // What is left out decides nothing.
-  const SetSummary& training = evaluation.training;
-  annealer_.Observe(static_cast<double>(training.succeeded_starts) /
-                        std::max(1, training.starts),
-                    training.survived_share, samples_);
+SetSummary Trainer::SummariseDrawn(
+    const std::vector<v1::EvaluationResult>& results) const {
+  std::vector<bool> others;
+  for (int clip = 0; clip < options_.library.clips_size(); ++clip) {
+    others.push_back(!curriculum_->Draws(clip));
+  }
+  return SummariseEvaluation(results, others).training;
+}
+
+// What starts are not drawn from decides nothing.
+void Trainer::ObserveEvaluation(const SetSummary& drawn) {
+  const double share =
+      static_cast<double>(drawn.succeeded_starts) / std::max(1, drawn.starts);
+  annealer_.Observe(share, drawn.survived_share, samples_);
+  plateau_.Observe(share, samples_);
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {

@@ -17,6 +17,7 @@
 #include "learner/trainer/annealer.h"
 #include "learner/trainer/experience.h"
 #include "learner/trainer/order_planner.h"
+#include "learner/trainer/plateau.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/training_state.pb.h"
@@ -47,7 +48,11 @@ struct IterationReport {
   // An evaluation that took effect after this iteration.
   std::optional<EvaluationSummary> evaluation;
   int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
-  CurriculumSummary curriculum;      // of the newest snapshot
+  // Of that evaluation: clips that starts are drawn from (Curriculum::Draws).
+  SetSummary drawn;
+  // After this iteration; unset: the recipe has no plateau.
+  std::optional<v1::PlateauState> plateau;
+  CurriculumSummary curriculum;  // of the newest snapshot
 };
 
 // The training loop without files, sockets or flags: plans orders, takes
@@ -59,7 +64,8 @@ struct IterationReport {
 //        k + 1 - delay; absorb end states and episodes
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
 //     4. update -> weights
-//     5. the evaluations that were taken take effect, on the curriculum too;
+//     5. the evaluations that were taken take effect, on the curriculum too,
+//        on annealing and plateau by the clips that starts are drawn from;
 //        start probabilities are made anew -> snapshot k + 1
 //     6. if due, an evaluation of snapshot k + 1 begins
 //
@@ -101,6 +107,10 @@ class Trainer {
   int64_t samples() const { return samples_; }
   const PpoLearner& learner() const { return *learner_; }
   const Curriculum& curriculum() const { return *curriculum_; }
+  // Evaluations have stopped improving, as the recipe's plateau defines it: the
+  // run is over. It stays so.
+  bool plateau_reached() const { return plateau_.reached(); }
+  const v1::PlateauState& plateau() const { return plateau_.state(); }
   // Newest snapshot.
   const PublishedSnapshot& snapshot() const { return snapshots_.back(); }
 
@@ -121,8 +131,8 @@ class Trainer {
   // curriculum knows of unchanged clips, whose number is returned. Episodes
   // under way, orders and evaluations that are out belong to the old library:
   // environments begin new episodes, and unless annealing has started, it waits
-  // anew for evaluations to stall. That the character is the same, the caller
-  // must know.
+  // anew for evaluations to stall; so does the plateau. That the character is
+  // the same, the caller must know.
   absl::StatusOr<int> Migrate(const State& state);
 
  private:
@@ -142,10 +152,13 @@ class Trainer {
   bool IsDue(const v1::PendingEvaluation& pending) const;
   void FinishEvaluations(const std::vector<v1::Segment>& segments,
                          IterationReport& report);
-  void ObserveEvaluation(const EvaluationSummary& evaluation);
+  // Summary of the clips that starts are drawn from.
+  SetSummary SummariseDrawn(
+      const std::vector<v1::EvaluationResult>& results) const;
+  void ObserveEvaluation(const SetSummary& drawn);
   absl::Status BeginEvaluationIfDue();
   absl::Status BeginAgain();
-  // Learner, annealer and counters.
+  // Learner, annealer, plateau and counters.
   absl::Status RestoreLearning(const State& state);
 
   const Options options_;
@@ -154,6 +167,7 @@ class Trainer {
   std::unique_ptr<Curriculum> curriculum_;
   OrderPlanner planner_;
   Annealer annealer_;
+  Plateau plateau_;
 
   bool at_rest_ = true;
   int64_t iteration_ = 0;

@@ -111,6 +111,7 @@ Trainer::State Trainer::Save() const {
   }
   *counters.mutable_curriculum() = curriculum_->table();
   *counters.mutable_anneal() = annealer_.state();
+  if (plateau_.enabled()) *counters.mutable_plateau() = plateau_.state();
   for (const v1::PendingEvaluation& pending : pending_) {
     *counters.add_pending_evaluations() = pending;
   }
@@ -144,6 +145,7 @@ absl::Status Trainer::RestoreLearning(const State& state) {
   const v1::TrainingState& counters = state.counters;
   SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
   annealer_.Restore(counters.anneal());
+  plateau_.Restore(counters.plateau());
   iteration_ = counters.iteration();
   samples_ = counters.samples();
   learner_->SetFactors(annealer_.StdFactor(samples_),
@@ -164,6 +166,7 @@ absl::StatusOr<int> Trainer::Migrate(const State& state) {
       planner_.Restore(environments, counters.next_order_id()));
   SINEW_RETURN_IF_ERROR(RestoreLearning(state));
   annealer_.Migrate();
+  plateau_.Migrate();
   const int adopted = curriculum_->Adopt(counters.curriculum());
   snapshots_.clear();
   open_orders_.clear();

@@ -79,6 +79,14 @@ class Character {
     return foot_geoms_;
   }
   int head_body() const { return head_body_; }  // model body id; -1: none
+  // Where the root's free joint begins: in qpos x, y, z, then the quaternion w,
+  // x, y, z; in qvel linear, then angular velocity.
+  int root_qpos_address() const {
+    return model_->jnt_qposadr[model_->body_jntadr[1]];
+  }
+  int root_dof_address() const {
+    return model_->jnt_dofadr[model_->body_jntadr[1]];
+  }
   int floor_geom() const { return floor_geom_; }
   double total_mass() const { return total_mass_; }  // kg
 

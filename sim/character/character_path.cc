@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,13 +38,28 @@ std::vector<std::string> SearchFolders() {
   return folders;
 }
 
+// The path, if a file is there.
+absl::StatusOr<std::string> CheckPath(const std::string& path) {
+  constexpr char kExpected[] =
+      "character: expected a name (as \"humanoid\") or a .textproto file, "
+      "found ";
+  if (!FileExists(path)) {
+    return absl::NotFoundError(absl::StrCat(kExpected, "no file ", path));
+  }
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(kExpected, "the folder ", path));
+  }
+  return path;
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path) {
-  if (absl::StrContains(name_or_path, "/")) {
-    if (FileExists(name_or_path)) return name_or_path;
-    return absl::NotFoundError(
-        absl::StrCat("character: no file ", name_or_path));
+  if (absl::StrContains(name_or_path, "/") ||
+      absl::EndsWith(name_or_path, ".textproto")) {
+    return CheckPath(name_or_path);
   }
   const std::vector<std::string> folders = SearchFolders();
   for (const std::string& folder : folders) {

@@ -7,11 +7,12 @@
 
 namespace sinew::character {
 
-// The path of a character.textproto. A name with a slash or an existing file
+// The path of a character.textproto. What has a slash or ends in ".textproto"
 // is taken as a path; any other is looked for as NAME/character.textproto in,
 // in this order: the folders of $SINEW_CHARACTERS (colon-separated), the
 // binary's runfiles, the tests' runfiles, the source tree the binary was built
-// in (found above the working directory). NOT_FOUND lists where was looked.
+// in (found above the working directory). NOT_FOUND lists where was looked;
+// INVALID_ARGUMENT: the path is a folder's.
 absl::StatusOr<std::string> FindCharacter(const std::string& name_or_path);
 
 // The MJCF that a character names, one of

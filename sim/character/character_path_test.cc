@@ -63,6 +63,26 @@ TEST(FindCharacter, TakesAPathAsItIs) {
                        HasSubstr("/no/such/character.textproto")));
 }
 
+TEST(FindCharacter, SaysWhatItExpectsWhereAPathIsAFolders) {
+  const CharacterFolder folder("folders");
+  const std::string path = folder.Add("mine", "character.textproto");
+  const std::string parent = path.substr(0, path.rfind('/'));
+
+  for (const std::string& given : {parent, parent + "/"}) {
+    EXPECT_THAT(FindCharacter(given),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("expected a name (as \"humanoid\") or "
+                                         "a .textproto file"),
+                               HasSubstr("found the folder " + parent))));
+  }
+}
+
+TEST(FindCharacter, TakesAFileOfTheWorkingFolderAsItIs) {
+  EXPECT_THAT(FindCharacter("no_such.textproto"),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("found no file no_such.textproto")));
+}
+
 TEST(FindCharacter, SaysWhereItLooked) {
   const CharacterFolder folder("empty");
 

@@ -43,8 +43,8 @@ BodyReader::BodyReader(const character::Character& character)
 // A character is one tree: a free joint at its root (body 1), hinges below.
 void BodyReader::AddBodies(const character::Character& character) {
   const mjModel* model = character.model();
-  root_qpos_address_ = model->jnt_qposadr[model->body_jntadr[1]];
-  root_dof_address_ = model->jnt_dofadr[model->body_jntadr[1]];
+  root_qpos_address_ = character.root_qpos_address();
+  root_dof_address_ = character.root_dof_address();
   std::vector<bool> counts(model->nbody, false);
   std::vector<int> tracked(model->nbody, -1);
   counts[1] = true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -54,19 +55,15 @@ class Dropper {
   void AppendPosition(std::vector<double>* out) const {
     const size_t begin = out->size();
     out->insert(out->end(), data_->qpos, data_->qpos + model_->nq);
-    double* root = out->data() + begin + RootAddress();
+    double* root = out->data() + begin + character_.root_qpos_address();
     root[0] = root[1] = 0;
     mju_normalize4(root + 3);
   }
 
  private:
-  int RootAddress() const {
-    return model_->jnt_qposadr[model_->body_jntadr[1]];
-  }
-
   // The default pose in a rotation uniform over all, just above the floor.
   void Place(const RandomKey& key) {
-    double* root = data_->qpos + RootAddress();
+    double* root = data_->qpos + character_.root_qpos_address();
     for (const character::JointInfo& joint : character_.joints()) {
       data_->qpos[joint.qpos_address] = joint.default_position;
     }
@@ -179,6 +176,16 @@ absl::StatusOr<FallenStates> FallenStates::Make(
   return states;
 }
 
+absl::StatusOr<std::unique_ptr<const FallenStates>> FallenStates::MakeFor(
+    const character::Character& character, const v1::Recipe& recipe) {
+  const v1::Recovery& recovery = recipe.task().recovery();
+  if (!(recovery.fallen_share() > 0)) return nullptr;
+  SINEW_ASSIGN_OR_RETURN(FallenStates states,
+                         Make(character, recipe, recovery.fallen_states(),
+                              recovery.fallen_seed()));
+  return std::make_unique<const FallenStates>(std::move(states));
+}
+
 absl::StatusOr<FallenStates> FallenStates::Parse(
     absl::string_view bytes, const character::Character& character,
     absl::string_view source) {
@@ -187,8 +194,7 @@ absl::StatusOr<FallenStates> FallenStates::Parse(
   SINEW_RETURN_IF_ERROR(CheckMetadata(view.metadata, character, source));
   SINEW_ASSIGN_OR_RETURN(const TensorMap tensors,
                          ParseSafetensors(bytes, source));
-  const mjModel* model = character.model();
-  const int width = static_cast<int>(model->nq);
+  const int width = static_cast<int>(character.model()->nq);
   const auto found = tensors.find(kTensor);
   if (found == tensors.end() || found->second.dtype != v1::DATA_TYPE_FLOAT64 ||
       found->second.shape.size() != 2 || found->second.shape[0] < 1 ||
@@ -197,8 +203,8 @@ absl::StatusOr<FallenStates> FallenStates::Parse(
                  "something else or none");
   }
   const absl::Span<const double> qpos = found->second.float64();
-  SINEW_RETURN_IF_ERROR(CheckPositions(
-      qpos, width, model->jnt_qposadr[model->body_jntadr[1]], source));
+  SINEW_RETURN_IF_ERROR(
+      CheckPositions(qpos, width, character.root_qpos_address(), source));
   FallenStates states(width, character.digest());
   const auto made_from = view.metadata.find("made_from");
   if (made_from != view.metadata.end()) states.made_from_ = made_from->second;

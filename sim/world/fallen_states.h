@@ -2,6 +2,7 @@
 #define SINEW_SIM_WORLD_FALLEN_STATES_H_
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,11 @@ class FallenStates {
   static absl::StatusOr<FallenStates> Make(
       const character::Character& character, const v1::Recipe& recipe,
       int count, uint64_t seed);
+
+  // Those that a recipe (defaults filled) starts from; null where it starts
+  // from none.
+  static absl::StatusOr<std::unique_ptr<const FallenStates>> MakeFor(
+      const character::Character& character, const v1::Recipe& recipe);
 
   // From the bytes of a file; it must be of this character. `source` for
   // errors.

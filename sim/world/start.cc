@@ -42,6 +42,13 @@ absl::Status CheckBin(const motion::Library& library,
   return absl::OkStatus();
 }
 
+bool IsDrawn(const v1::Start& recipe, const v1::ClipInfo& clip) {
+  const auto& only = recipe.only_clips();
+  return !clip.left_out() &&
+         (only.empty() ||
+          std::find(only.begin(), only.end(), clip.name()) != only.end());
+}
+
 }  // namespace
 
 int64_t NumStartFrames(const v1::ClipInfo& clip) {
@@ -55,7 +62,7 @@ absl::StatusOr<StartTable> StartTable::Create(
   int64_t end = 0;
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
-    end += clip.left_out() ? 0 : NumStartFrames(clip);
+    end += IsDrawn(recipe, clip) ? NumStartFrames(clip) : 0;
     table.ends_.push_back(end);
   }
   const bool uniform = recipe.rule() == v1::Start::RULE_UNSPECIFIED ||

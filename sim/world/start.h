@@ -21,13 +21,13 @@ struct StartFrame {
 //
 // Every frame of every clip can be drawn that has a successor (all frames of a
 // looping clip, all but the last of others), but for clips that are left out of
-// training.
+// training, or not among only_clips where the recipe names some.
 //   UNIFORM  all of them alike;
 //   others   a bin by the curriculum's probabilities, which the learner's rule
 //            has set, then a frame of the bin uniformly. A curriculum without
 //            bins means uniform.
 //
-// A library of left-out clips alone can be evaluated: its table has no frames.
+// A library without such clips can be evaluated: its table has no frames.
 //
 // Thread-safety: immutable. Ownership: copies what it needs. Blocking: never;
 // Draw does not allocate (binary searches). Errors: Create refuses bins that

@@ -112,6 +112,36 @@ TEST_F(StartTableTest, NeverDrawsFromALeftOutClip) {
   EXPECT_EQ(shares.count({2, 14}), 1u);
 }
 
+TEST_F(StartTableTest, DrawsFromTheNamedClipsAloneUnderEveryRule) {
+  recipe_.add_only_clips("sway");
+  AddBin(0, 0, 24, 0);
+  AddBin(1, 0, 10, 0.75);
+  AddBin(1, 10, 9, 0.25);
+  AddBin(2, 0, 15, 0);
+  for (const auto rule :
+       {v1::Start::RULE_UNIFORM, v1::Start::RULE_BINS, v1::Start::RULE_PHC_SOFT,
+        v1::Start::RULE_PHC_HARD, v1::Start::RULE_ADAPTIVE_BINS}) {
+    recipe_.set_rule(rule);
+    const auto table = Create();
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->num_frames(), 19);
+
+    const auto shares = Shares(*table, 20000);
+
+    EXPECT_EQ(shares.size(), 19u) << rule;
+    for (const auto& [start, share] : shares) EXPECT_EQ(start.first, 1);
+  }
+}
+
+TEST_F(StartTableTest, HasNoFramesWhereTheNamedClipsAreElsewhere) {
+  recipe_.add_only_clips("another");
+
+  const auto table = Create();
+
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->num_frames(), 0);
+}
+
 TEST_F(StartTableTest, RefusesLeftOutBins) {
   LeaveOut({0}, toy_);
   recipe_.set_rule(v1::Start::RULE_BINS);

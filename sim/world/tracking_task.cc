@@ -175,8 +175,7 @@ void TrackingTask::Target(const mjData* data, const Episode& episode,
 
 bool TrackingTask::IsFar(const mjData* data,
                          const motion::FrameView& reference) const {
-  const mjModel* model = character_->model();
-  const double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
+  const double* root = data->qpos + character_->root_qpos_address();
   const double between[3] = {reference.root_position[0] - root[0],
                              reference.root_position[1] - root[1],
                              reference.root_position[2] - root[2]};

@@ -10,10 +10,8 @@ namespace sinew::world {
 
 void SetReferencePose(const character::Character& character,
                       const motion::FrameView& frame, mjData* data) {
-  const mjModel* model = character.model();
-  const int root = model->body_jntadr[1];
-  double* qpos = data->qpos + model->jnt_qposadr[root];
-  double* qvel = data->qvel + model->jnt_dofadr[root];
+  double* qpos = data->qpos + character.root_qpos_address();
+  double* qvel = data->qvel + character.root_dof_address();
   const Eigen::Quaterniond rotation =
       motion::FromWxyz(frame.root_rotation).normalized();
   const Eigen::Vector3d world_rate(frame.root_angular_velocity[0],
@@ -88,14 +86,13 @@ void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
 void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
                          mjData* data,
                          absl::Span<double> previous_target) const {
-  const mjModel* model = character_->model();
-  double* root = data->qpos + model->jnt_qposadr[model->body_jntadr[1]];
-  double* rate = data->qvel + model->jnt_dofadr[model->body_jntadr[1]];
+  double* root = data->qpos + character_->root_qpos_address();
+  double* rate = data->qvel + character_->root_dof_address();
   const double x = root[0] + start.offset_x, y = root[1] + start.offset_y;
   if (start.kind == v1::START_KIND_FALLEN) {
     const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
     std::copy(qpos.begin(), qpos.end(), data->qpos);
-    std::fill_n(data->qvel, model->nv, 0.0);
+    std::fill_n(data->qvel, character_->model()->nv, 0.0);
     ReadJoints(data, conditions, previous_target);
   }
   root[0] = x;

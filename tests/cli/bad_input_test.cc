@@ -142,6 +142,31 @@ TEST(BadInput, NamesAFolderThatIsNoRun) {
   EXPECT_THAT(outcome.text, HasSubstr("no_run: expected a run directory"));
 }
 
+TEST(BadInput, NamesHowManyFallenStartsThereMayBe) {
+  for (const char* starts : {"0", "-3", "1000000"}) {
+    const Outcome outcome = Sinew({"eval", "--bundle", Scratch("no_bundle"),
+                                   "--motions", Scratch("no_library"), "--out",
+                                   Scratch("eval.json"), "--fallen", starts});
+
+    EXPECT_EQ(outcome.code, 2) << outcome.text;
+    EXPECT_THAT(outcome.text, HasSubstr("fallen starts: expected 1 to 1024"));
+    EXPECT_FALSE(FileExists(Scratch("eval.json")));
+  }
+}
+
+TEST(BadInput, NamesWhatACharacterIsWhereAFolderIsGiven) {
+  const std::string folder = Scratch("a_folder");
+  ASSERT_THAT(MakeDirectories(folder), IsOk());
+
+  const Outcome outcome =
+      Sinew({"train", "--run", Scratch("g"), "--motions", Scratch("no_library"),
+             "--recipe", "track_clip", "--character", folder});
+
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.text, AllOf(HasSubstr(".textproto file"),
+                                  HasSubstr("found the folder " + folder)));
+}
+
 TEST(BadInput, NamesAClipThatCannotBeRead) {
   const std::string clip = Scratch("clip.txt");
   ASSERT_THAT(WriteFileAtomically(clip, "no clip"), IsOk());

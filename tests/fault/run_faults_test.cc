@@ -22,6 +22,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kFailed = 1;
 constexpr int kMisused = 2;
@@ -132,6 +133,43 @@ TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
   }
   // From here on it is the run's library.
   rig.MustRun("fourth", rig.Train("run", 6));
+}
+
+// Flips the last bit of the fallen states in a store's folder.
+void DamageFallenStates(const std::string& store) {
+  const std::string blobs = JoinPath(store, "blobs");
+  const auto names = ListDirectory(blobs);
+  ASSERT_TRUE(names.ok()) << names.status();
+  int damaged = 0;
+  for (const std::string& name : *names) {
+    auto bytes = ReadFile(JoinPath(blobs, name));
+    ASSERT_TRUE(bytes.ok()) << bytes.status();
+    if (bytes->find("sinew.fallen_states") == std::string::npos) continue;
+    bytes->back() ^= 1;
+    ASSERT_TRUE(WriteFileAtomically(JoinPath(blobs, name), *bytes).ok());
+    ++damaged;
+  }
+  ASSERT_EQ(damaged, 1);
+}
+
+TEST(RunFaultsTest, DamagedFallenStatesOfAResumedRunAreMadeAnew) {
+  const TrainingRig rig;
+  const std::vector<std::string> recovery = {
+      "--set", "task.recovery.fallen_share=0.3",
+      "--set", "task.recovery.fallen_states=4",
+      "--set", "task.recovery.steps=6"};
+  const std::string mark = "fallen states are made anew";
+  rig.MustRun("straight", rig.Train("straight", 4, recovery));
+  rig.MustRun("first", rig.Train("run", 2, recovery));
+  rig.MustRun("second", rig.Train("run", 3, recovery));
+  EXPECT_THAT(*ReadFile(rig.Path("run/log.jsonl")), Not(HasSubstr(mark)));
+  DamageFallenStates(rig.Path("run/checkpoints"));
+
+  rig.MustRun("third", rig.Train("run", 4, recovery));
+
+  EXPECT_THAT(*ReadFile(rig.Path("run/log.jsonl")), HasSubstr(mark));
+  EXPECT_EQ(Fingerprint(LatestState(rig.Path("run/checkpoints"))),
+            Fingerprint(LatestState(rig.Path("straight/checkpoints"))));
 }
 
 TEST(RunFaultsTest, APortInUseIsNamed) {

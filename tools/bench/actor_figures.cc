@@ -19,6 +19,7 @@
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "common/thread_seconds.h"
+#include "sim/world/tracking_task.h"
 #include "tools/bench/raw_physics.h"
 
 namespace sinew::bench {
@@ -209,6 +210,15 @@ class Bench {
   std::string bytes_;
 };
 
+absl::Status CheckTask(const world::TrackingTask& task) {
+  const bool drives = task.recipe().task().actuator_model().drives_size() > 0;
+  if (!drives && !task.randomisation().on()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "bench: expected a recipe without ",
+      drives ? "task.actuator_model" : "task.randomisation",
+      ", which the plain loop around mj_step does not know, found one with"));
+}
+
 }  // namespace
 
 absl::StatusOr<ActorFigures> MeasureActor(
@@ -220,6 +230,7 @@ absl::StatusOr<ActorFigures> MeasureActor(
         "threads, rounds and repetitions: expected >= 1, found ",
         options.threads, ", ", options.rounds, " and ", options.repetitions));
   }
+  SINEW_RETURN_IF_ERROR(CheckTask(assets->task()));
   SINEW_ASSIGN_OR_RETURN(
       const auto prepared,
       actor::PreparedSnapshot::Create(

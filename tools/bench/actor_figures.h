@@ -42,7 +42,9 @@ struct ActorOptions {
 // `snapshot` acts; its policy should survive, as a trained one does.
 //
 // Blocking: about a second per round. Errors: those of RolloutWorker;
-// INTERNAL if the raw loop does not reproduce the rollout's states.
+// INVALID_ARGUMENT for recipes whose physics is more than the plain loop knows
+// (randomised, or with an actuator model); INTERNAL if the raw loop does not
+// reproduce the rollout's states.
 absl::StatusOr<ActorFigures> MeasureActor(
     const ActorOptions& options,
     const std::shared_ptr<const actor::RolloutAssets>& assets,

@@ -40,12 +40,17 @@ std::string LastSeen(const Json& row) {
 void AddSummary(const RunCurriculum& curriculum, const Json& json,
                 std::string& text) {
   const learner::CurriculumSummary& summary = curriculum.summary;
+  // Only where the recipe names some.
+  const std::string drawn =
+      summary.drawn_clips < summary.clips
+          ? absl::StrCat(", starts from ", summary.drawn_clips, " of them")
+          : "";
   absl::StrAppendFormat(
       &text,
-      "%s, iteration %d: rule %s, %d clips (%d more left out), %d bins\n",
+      "%s, iteration %d: rule %s, %d clips (%d more left out)%s, %d bins\n",
       curriculum.run, curriculum.iteration,
       json["rule"].get_ref<const std::string&>(), summary.clips,
-      summary.left_out_clips, summary.bins);
+      summary.left_out_clips, drawn, summary.bins);
   absl::StrAppendFormat(
       &text,
       "entropy %.2f nats, %.0f %% of uniform; floor %.0f %% of starts; half of "

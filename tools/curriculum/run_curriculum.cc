@@ -14,6 +14,7 @@
 #include "deploy/checkpoint/open_store.h"
 #include "learner/curriculum/bin_sums.h"
 #include "learner/curriculum/start_rule.h"
+#include "learner/state/newest_state.h"
 #include "proto/sinew/v1/training_state.pb.h"
 #include "tools/curriculum/summary_json.h"
 
@@ -25,36 +26,36 @@ using Json = nlohmann::ordered_json;
 // The learner drops old states while this reads; the newest is there then.
 constexpr int kAttempts = 3;
 
-absl::StatusOr<checkpoint::ArtifactFiles> ReadLatest(const std::string& run,
-                                                     const Clock& clock) {
+absl::StatusOr<v1::TrainingState> ReadLatest(
+    const std::string& run, const Clock& clock,
+    std::vector<std::string>* warnings) {
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<checkpoint::ArtifactStore> store,
                          checkpoint::OpenStore(JoinPath(run, "checkpoints"),
                                                checkpoint::StoreAccess::kRead,
                                                rpc::Security(), clock));
-  absl::StatusOr<checkpoint::ArtifactFiles> files;
+  absl::StatusOr<v1::TrainingState> state;
   for (int i = 0; i < kAttempts; ++i) {
-    files = checkpoint::GetFiles(*store, "latest");
-    if (!absl::IsNotFound(files.status())) break;
+    warnings->clear();
+    state = learner::LoadLatestCounters(*store, warnings);
+    // All were dropped since they were listed: that reads as damage.
+    if (!absl::IsDataLoss(state.status())) break;
   }
-  return files;
+  return state;
 }
 
-absl::StatusOr<v1::TrainingState> ReadState(const std::string& run,
-                                            const Clock& clock) {
-  const auto files = ReadLatest(run, clock);
-  if (absl::IsNotFound(files.status())) {
+absl::StatusOr<v1::TrainingState> ReadState(
+    const std::string& run, const Clock& clock,
+    std::vector<std::string>* warnings) {
+  auto state = ReadLatest(run, clock, warnings);
+  if (absl::IsNotFound(state.status())) {
     return absl::NotFoundError(absl::StrCat(
         run,
         ": expected a training state, found none; the first is saved after "
         "checkpointing.interval iterations, or when training ends"));
   }
-  SINEW_RETURN_IF_ERROR(files.status());
-  const auto file = files->find("state.pb");
-  v1::TrainingState state;
-  if (file == files->end() || !state.ParseFromString(*file->second)) {
-    return absl::DataLossError(absl::StrCat(
-        run, ": artifact \"latest\": expected a training state in state.pb, ",
-        "found ", file == files->end() ? "no such file" : "something else"));
+  if (absl::IsDataLoss(state.status())) {
+    return absl::DataLossError(
+        absl::StrCat(run, ": ", state.status().message()));
   }
   return state;
 }
@@ -96,9 +97,7 @@ Json ClipsJson(const v1::CurriculumTable& table, int hardest) {
   return clips;
 }
 
-Json BinsJson(const RunCurriculum& curriculum, int hardest) {
-  const v1::CurriculumTable& table = curriculum.table;
-  const double rate = curriculum.frames_per_second;
+Json BinsJson(const v1::CurriculumTable& table, double rate, int hardest) {
   Json bins = Json::array();
   for (const int b : learner::HardestBins(table, hardest)) {
     const v1::CurriculumTable::Bin& bin = table.bins(b);
@@ -142,8 +141,9 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
   SINEW_ASSIGN_OR_RETURN(v1::Recipe recipe, ParseRecipe(text, config));
   recipe = WithDefaults(std::move(recipe));
-  SINEW_ASSIGN_OR_RETURN(v1::TrainingState state, ReadState(run, clock));
   RunCurriculum curriculum;
+  SINEW_ASSIGN_OR_RETURN(v1::TrainingState state,
+                         ReadState(run, clock, &curriculum.warnings));
   curriculum.run = run;
   curriculum.iteration = state.iteration();
   curriculum.samples = state.samples();
@@ -156,14 +156,16 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
 }
 
 Json CurriculumJson(const RunCurriculum& curriculum, int hardest) {
+  const v1::CurriculumTable drawn = learner::DrawnPart(
+      curriculum.table, *learner::MakeStartRule(curriculum.start));
   return {{"run", curriculum.run},
           {"iteration", curriculum.iteration},
           {"samples", curriculum.samples},
           {"rule", RuleName(curriculum.start.rule())},
           {"bin_seconds", curriculum.start.bin_seconds()},
           {"summary", SummaryJson(curriculum.summary)},
-          {"clips", ClipsJson(curriculum.table, hardest)},
-          {"bins", BinsJson(curriculum, hardest)},
+          {"clips", ClipsJson(drawn, hardest)},
+          {"bins", BinsJson(drawn, curriculum.frames_per_second, hardest)},
           {"left_out", LeftOutJson(curriculum.table)}};
 }
 

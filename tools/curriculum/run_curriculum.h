@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "common/clock.h"
@@ -22,22 +23,25 @@ struct RunCurriculum {
   double frames_per_second = 30;  // of its library
   v1::CurriculumTable table;
   learner::CurriculumSummary summary;
+  // Newer states that were passed over since they are damaged.
+  std::vector<std::string> warnings;
 };
 
 // Reads a run directory, also while training goes on. Blocks on the disk.
 // NOT_FOUND: it is no run directory, or holds no training state yet;
-// INVALID_ARGUMENT: its recipe; DATA_LOSS: its newest state is damaged.
+// INVALID_ARGUMENT: its recipe; DATA_LOSS: all its states are damaged.
 absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
                                                 const Clock& clock);
 
 // As JSON:
 //
 //   run, iteration, samples, rule ("adaptive_bins"), bin_seconds
-//   summary   clips, left_out_clips, bins, entropy, entropy_share, floor_share,
-//             largest_clip_share, clips_of_half, failure_rate, hardest_share,
-//             hardest_failure_rate, evaluated_clips, hard_clips, worst_success
-//   clips     the `hardest` ones that are trained on, hardest first: name,
-//             visits, failures, failure_rate, probability, last_seen,
+//   summary   clips, left_out_clips, drawn_clips, bins, entropy, entropy_share,
+//             floor_share, largest_clip_share, clips_of_half, failure_rate,
+//             hardest_share, hardest_failure_rate, evaluated_clips, hard_clips,
+//             worst_success
+//   clips     the `hardest` ones that starts are drawn from, hardest first:
+//             name, visits, failures, failure_rate, probability, last_seen,
 //             evaluations, failed_evaluations, failed_latest, succeeded_share,
 //             mean_error_mm (the last three null: never evaluated)
 //   bins      the `hardest` ones: clip, from_s, to_s, visits, failures,

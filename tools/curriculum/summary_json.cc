@@ -5,6 +5,7 @@ namespace sinew::tools {
 nlohmann::ordered_json SummaryJson(const learner::CurriculumSummary& summary) {
   return {{"clips", summary.clips},
           {"left_out_clips", summary.left_out_clips},
+          {"drawn_clips", summary.drawn_clips},
           {"bins", summary.bins},
           {"entropy", summary.entropy},
           {"entropy_share", summary.entropy_share},

@@ -8,11 +8,13 @@
 #include "deploy/bundle/bundle.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "tools/evaluation/fallen_figures.h"
 
 namespace sinew::evaluation {
 
 absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
-                                                const std::string& motions) {
+                                                const std::string& motions,
+                                                int fallen_starts) {
   SINEW_ASSIGN_OR_RETURN(bundle::Bundle read, bundle::ReadBundle(bundle));
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(motions));
   SINEW_RETURN_IF_ERROR(library->Verify());
@@ -20,8 +22,13 @@ absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
   SINEW_ASSIGN_OR_RETURN(
       auto character,
       character::Character::Load(read.character_file(), recipe.physics()));
+  std::unique_ptr<const world::FallenStates> fallen;
+  if (fallen_starts > 0) {
+    SINEW_ASSIGN_OR_RETURN(fallen,
+                           MakeFallenStates(recipe, *character, fallen_starts));
+  }
   auto subject = MakeSubject(recipe, std::move(character), std::move(library),
-                             read.graph, read.weights);
+                             read.graph, read.weights, std::move(fallen));
   if (!subject.ok()) {
     return absl::Status(subject.status().code(),
                         absl::StrCat(motions, ": does not fit bundle ", bundle,

@@ -14,11 +14,13 @@ struct BundleSubject {
   v1::BundleManifest manifest;
 };
 
-// A bundle's policy on a library's clips. Blocks on the disk. Errors: those of
-// ReadBundle and Library::Load; INVALID_ARGUMENT naming the library, the field,
-// expected and found, if the clips are of another character or rate.
+// A bundle's policy on a library's clips, with so many fallen states
+// (MakeFallenStates); 0: none. Blocks on the disk. Errors: those of ReadBundle
+// and Library::Load; INVALID_ARGUMENT naming the library, the field, expected
+// and found, if the clips are of another character or rate.
 absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
-                                                const std::string& motions);
+                                                const std::string& motions,
+                                                int fallen_starts = 0);
 
 }  // namespace sinew::evaluation
 

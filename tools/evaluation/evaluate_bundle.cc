@@ -1,5 +1,6 @@
 #include "tools/evaluation/evaluate_bundle.h"
 
+#include <optional>
 #include <utility>
 
 #include "common/files.h"
@@ -13,10 +14,20 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
     const std::string& bundle, const std::string& motions,
     const std::string& out, const EvaluationOptions& options,
     const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(const BundleSubject loaded,
-                         LoadBundleSubject(bundle, motions));
+  if (options.fallen) {
+    SINEW_RETURN_IF_ERROR(CheckFallenStarts(*options.fallen));
+  }
+  SINEW_ASSIGN_OR_RETURN(
+      const BundleSubject loaded,
+      LoadBundleSubject(bundle, motions, options.fallen.value_or(0)));
+  std::optional<FallenEvaluation> fallen;
+  if (options.fallen) {  // before what takes long: a library may not be fit
+    SINEW_ASSIGN_OR_RETURN(
+        fallen, EvaluateFallen(loaded.subject, options.threads, stop));
+  }
   SINEW_ASSIGN_OR_RETURN(Evaluation evaluation,
                          Evaluate(loaded.subject, options, stop));
+  evaluation.fallen = fallen;
   const EvaluationSource source = {
       .bundle = bundle,
       .manifest_sha256 = loaded.manifest.manifest_sha256(),
@@ -24,7 +35,8 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       out, EvaluationJson(loaded.subject, options, source, evaluation)));
   return EvaluationFigures{.policy = std::move(evaluation.policy),
-                           .zero_action = std::move(evaluation.zero_action)};
+                           .zero_action = std::move(evaluation.zero_action),
+                           .fallen = fallen};
 }
 
 }  // namespace sinew::evaluation

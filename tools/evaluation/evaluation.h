@@ -1,12 +1,14 @@
 #ifndef SINEW_TOOLS_EVALUATION_EVALUATION_H_
 #define SINEW_TOOLS_EVALUATION_EVALUATION_H_
 
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "common/evaluation/evaluation_summary.h"
 #include "common/stop.h"
 #include "tools/evaluation/error_profile.h"
+#include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/subject.h"
 
 namespace sinew::evaluation {
@@ -17,6 +19,8 @@ struct EvaluationOptions {
   int threads = 1;      // >= 1; never changes results
   // The first so many clips get an error profile, >= 0.
   int profiles = 24;
+  // Of EvaluateBundle: so many fallen starts as well (fallen_figures.h).
+  std::optional<int> fallen = std::nullopt;
 };
 
 struct Evaluation {
@@ -24,6 +28,8 @@ struct Evaluation {
   EvaluationSummary zero_action;
   // By clip; see EvaluationOptions::profiles.
   std::vector<ErrorProfile> profiles;
+  // Not by Evaluate: of EvaluateFallen, where it was asked for.
+  std::optional<FallenEvaluation> fallen = std::nullopt;
 };
 
 // The papers' metrics of a policy, and of the zero action on the same task.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "sim/world/randomisation.h"
 #include "tools/evaluation/rollout_pool.h"
@@ -85,6 +86,24 @@ Json Clips(const Subject& subject, const Evaluation& evaluation) {
   return clips;
 }
 
+void AddRecovered(const FallenFigures& figures, Json* to) {
+  (*to)["recovered_3_s"] = figures.recovered_3_s;
+  (*to)["recovered_5_s"] = figures.recovered_5_s;
+}
+
+Json FallenObject(const FallenEvaluation& fallen) {
+  Json object = {{"starts", fallen.starts},
+                 {"seed", fallen.seed},
+                 {"clips", fallen.clips},
+                 {"seconds", fallen.seconds},
+                 {"reference_stands_seconds", fallen.reference_stands_seconds}};
+  AddRecovered(fallen.policy, &object);
+  Json zero = Json::object();
+  AddRecovered(fallen.zero_action, &zero);
+  object["zero_action"] = std::move(zero);
+  return object;
+}
+
 Json Definitions(const Subject& subject) {
   const double fall =
       subject.assets->recipe().evaluation().max_mean_body_distance();
@@ -104,7 +123,11 @@ Json Definitions(const Subject& subject) {
       {"failed_at_frame", "earliest failure, counted from its start; -1: none"},
       {"frames", "compared, over all starts; errors are means over them"},
       {"zero_action", "the same task with action 0: targets are the reference"},
-      {"profile", "body_mm over the clip: evenly spaced bins of its frames"}};
+      {"profile", "body_mm over the clip: evenly spaced bins of its frames"},
+      {"fallen",
+       "starts on the floor: recovered are the shares that within so many "
+       "seconds are nearer than fall_distance_m with the head at 0.8 of the "
+       "reference's height or above, and stay so to the end"}};
 }
 
 }  // namespace
@@ -136,6 +159,7 @@ std::string EvaluationJson(const Subject& subject,
     file["training"] = SetObject(evaluation.policy.training);
     file["left_out"] = SetObject(evaluation.policy.left_out);
   }
+  if (evaluation.fallen) file["fallen"] = FallenObject(*evaluation.fallen);
   const world::Randomisation& random = subject.assets->task().randomisation();
   if (random.on() && random.in_evaluation()) {
     file["randomised"] = {{"seed", kEvaluationSeed}};

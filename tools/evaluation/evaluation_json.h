@@ -29,6 +29,9 @@ struct EvaluationSource {
 //             failed_at_frame, the four errors, body_mm, `zero_action` with
 //             the same fields, and for the first clips `profile`: error of
 //             each body over the clip, {seconds, body_mm[body][bin]}.
+//   fallen    only where it was asked for: starts, seed, clips, seconds,
+//             reference_stands_seconds, recovered_3_s, recovered_5_s,
+//             `zero_action` with the last two (fallen_figures.h).
 //   randomised
 //             {seed}, only where the recipe randomises evaluations.
 //   seconds, starts_per_clip, frames_per_second, bodies, bundle, library,

@@ -49,11 +49,13 @@ absl::StatusOr<int> FindClip(const motion::Library& library,
 absl::StatusOr<Subject> MakeZeroActionSubject(
     const v1::Recipe& recipe,
     std::unique_ptr<const character::Character> character,
-    std::unique_ptr<const motion::Library> library) {
+    std::unique_ptr<const motion::Library> library,
+    std::unique_ptr<const world::FallenStates> fallen) {
   Subject subject;
-  SINEW_ASSIGN_OR_RETURN(subject.assets,
-                         actor::RolloutAssets::FromParts(
-                             recipe, std::move(character), std::move(library)));
+  SINEW_ASSIGN_OR_RETURN(
+      subject.assets,
+      actor::RolloutAssets::FromParts(recipe, std::move(character),
+                                      std::move(library), std::move(fallen)));
   const world::TrackingTask& task = subject.assets->task();
   SINEW_ASSIGN_OR_RETURN(
       const v1::Snapshot zero,
@@ -67,10 +69,12 @@ absl::StatusOr<Subject> MakeSubject(
     const v1::Recipe& recipe,
     std::unique_ptr<const character::Character> character,
     std::unique_ptr<const motion::Library> library,
-    const v1::PolicyGraph& graph, const TensorMap& weights) {
+    const v1::PolicyGraph& graph, const TensorMap& weights,
+    std::unique_ptr<const world::FallenStates> fallen) {
   SINEW_ASSIGN_OR_RETURN(
       Subject subject,
-      MakeZeroActionSubject(recipe, std::move(character), std::move(library)));
+      MakeZeroActionSubject(recipe, std::move(character), std::move(library),
+                            std::move(fallen)));
   v1::Snapshot snapshot;
   *snapshot.mutable_graph() = graph;
   snapshot.set_weights(SerializeSafetensors(weights));

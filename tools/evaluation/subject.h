@@ -13,6 +13,7 @@
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
+#include "sim/world/fallen_states.h"
 
 namespace sinew::evaluation {
 
@@ -38,19 +39,22 @@ absl::StatusOr<int> FindClip(const motion::Library& library,
                              const std::string& name);
 
 // A graph "policy" with its weights. `recipe` has its defaults filled; only
-// physics, task and evaluation matter. Blocking: computes (packing).
+// physics, task and evaluation matter. `fallen`: what EvaluateFallen starts
+// from (fallen_figures.h), or none. Blocking: computes (packing).
 // INVALID_ARGUMENT names what does not fit: rates, character, joints, widths.
 absl::StatusOr<Subject> MakeSubject(
     const v1::Recipe& recipe,
     std::unique_ptr<const character::Character> character,
     std::unique_ptr<const motion::Library> library,
-    const v1::PolicyGraph& graph, const TensorMap& weights);
+    const v1::PolicyGraph& graph, const TensorMap& weights,
+    std::unique_ptr<const world::FallenStates> fallen = nullptr);
 
 // The zero action as policy: what the task is worth before any training.
 absl::StatusOr<Subject> MakeZeroActionSubject(
     const v1::Recipe& recipe,
     std::unique_ptr<const character::Character> character,
-    std::unique_ptr<const motion::Library> library);
+    std::unique_ptr<const motion::Library> library,
+    std::unique_ptr<const world::FallenStates> fallen = nullptr);
 
 }  // namespace sinew::evaluation
 

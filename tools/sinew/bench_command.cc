@@ -18,6 +18,7 @@
 #include "sim/character/character.h"
 #include "sim/import/importer.h"
 #include "sim/motion/library.h"
+#include "sim/world/fallen_states.h"
 #include "tools/bench/actor_figures.h"
 #include "tools/bench/actor_memory.h"
 #include "tools/bench/learner_figures.h"
@@ -207,10 +208,12 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
       character::Character::Load(options.character, recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(auto library, LoadMotions(options, *character));
   SINEW_RETURN_IF_ERROR(library->Verify());
+  SINEW_ASSIGN_OR_RETURN(auto fallen,
+                         world::FallenStates::MakeFor(*character, recipe));
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<const actor::RolloutAssets> assets,
       actor::RolloutAssets::FromParts(recipe, std::move(character),
-                                      std::move(library)));
+                                      std::move(library), std::move(fallen)));
   SINEW_ASSIGN_OR_RETURN(const v1::Snapshot snapshot,
                          bench::IdlePolicy(*assets));
 

@@ -23,6 +23,9 @@ absl::Status RunCurriculumCommand(const CurriculumOptions& options,
   const SystemClock clock;
   SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
                          ReadRunCurriculum(options.run, clock));
+  for (const std::string& warning : curriculum.warnings) {
+    absl::FPrintF(stderr, "sinew: %s\n", warning);
+  }
   if (options.json) {
     absl::PrintF("%s\n", CurriculumJson(curriculum, options.hardest).dump(2));
   } else {

@@ -33,8 +33,11 @@ class CurriculumCommand : public ::testing::Test {
 
   std::string Run() const { return folder_->path(); }
 
-  void WriteConfig() const {
+  void WriteConfig(const std::string& only_clip = "") const {
     v1::Recipe recipe;
+    if (!only_clip.empty()) {
+      recipe.mutable_task()->mutable_start()->add_only_clips(only_clip);
+    }
     recipe.mutable_task()->mutable_start()->set_rule(
         v1::Start::RULE_ADAPTIVE_BINS);
     ASSERT_THAT(WriteFileAtomically(JoinPath(Run(), "config.textproto"),
@@ -169,6 +172,26 @@ TEST_F(CurriculumCommand, SaysItInWords) {
   EXPECT_THAT(*output, HasSubstr("left out of training"));
 }
 
+TEST_F(CurriculumCommand, SaysHowManyClipsStartsAreDrawnFrom) {
+  WriteConfig("walk");
+  SaveState(4);
+
+  const auto text = Output();
+  const auto output = Output(" --json");
+
+  ASSERT_THAT(text, IsOk());
+  EXPECT_THAT(*text, HasSubstr("2 clips (1 more left out), starts from 1 of "
+                               "them, 2 bins"));
+  EXPECT_THAT(*text, HasSubstr("2 clips evaluated, 1 failed the latest time"));
+  ASSERT_THAT(output, IsOk());
+  const Json json = Json::parse(*output);
+  EXPECT_EQ(json["summary"]["clips"], 2);
+  EXPECT_EQ(json["summary"]["drawn_clips"], 1);
+  ASSERT_EQ(json["clips"].size(), 1u);
+  EXPECT_EQ(json["clips"][0]["name"], "walk");
+  EXPECT_EQ(json["bins"].size(), 2u);
+}
+
 TEST_F(CurriculumCommand, ReadsWhileTheLearnerHoldsTheStore) {
   WriteConfig();
   SaveState(4);
@@ -189,8 +212,24 @@ TEST_F(CurriculumCommand, SaysWhatIsNoRun) {
                                  HasSubstr("expected a training state, found "
                                            "none")));
   SaveState(4, "other.pb");
-  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kDataLoss,
-                                 HasSubstr("in state.pb, found no such file")));
+  EXPECT_THAT(
+      Output(),
+      StatusIs(absl::StatusCode::kDataLoss,
+               HasSubstr("state-4: training state: expected a file state.pb")));
+}
+
+TEST_F(CurriculumCommand, PassesOverAStateThatIsDamaged) {
+  WriteConfig();
+  SaveState(4);
+  SaveState(8, "other.pb");
+
+  ::testing::internal::CaptureStderr();
+  const auto output = Output(" --json");
+  const std::string errors = ::testing::internal::GetCapturedStderr();
+
+  ASSERT_THAT(output, IsOk());
+  EXPECT_EQ(Json::parse(*output)["iteration"], 4);
+  EXPECT_THAT(errors, HasSubstr("passed over state-8"));
 }
 
 }  // namespace

@@ -2,12 +2,14 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/strings/str_format.h"
 #include "common/cpu.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/evaluate_bundle.h"
+#include "tools/evaluation/fallen_figures.h"
 
 namespace sinew::tools {
 namespace {
@@ -19,6 +21,7 @@ struct EvalOptions {
   double seconds = 10;
   int starts = 32;
   int threads = 0;  // 0: all cores
+  std::optional<int> fallen;
 };
 
 void Print(const char* who, const SetSummary& set) {
@@ -30,6 +33,15 @@ void Print(const char* who, const SetSummary& set) {
       set.means.e_vel, set.means.e_acc);
 }
 
+void PrintFallen(const evaluation::FallenEvaluation& fallen) {
+  absl::PrintF(
+      "%-12s %d starts, stand and track again within 3 s: %.1f %%, within 5 s: "
+      "%.1f %% (zero action: %.1f %%, %.1f %%)\n",
+      "fallen", fallen.starts, 100 * fallen.policy.recovered_3_s,
+      100 * fallen.policy.recovered_5_s, 100 * fallen.zero_action.recovered_3_s,
+      100 * fallen.zero_action.recovered_5_s);
+}
+
 absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
   SINEW_ASSIGN_OR_RETURN(
       const evaluation::EvaluationFigures figures,
@@ -37,10 +49,12 @@ absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
           options.bundle, options.motions, options.out,
           {.starts = options.starts,
            .seconds = options.seconds,
-           .threads = options.threads > 0 ? options.threads : AvailableCpus()},
+           .threads = options.threads > 0 ? options.threads : AvailableCpus(),
+           .fallen = options.fallen},
           stop));
   Print("policy", figures.policy.overall);
   Print("zero action", figures.zero_action.overall);
+  if (figures.fallen) PrintFallen(*figures.fallen);
   return absl::OkStatus();
 }
 
@@ -57,6 +71,9 @@ void AddEvalCommand(CLI::App& app, Action& action) {
                       "that looping clips run on (default 10)");
   command->add_option("--starts", options->starts,
                       "evenly spaced phases per clip (default 32)");
+  command->add_option("--fallen", options->fallen,
+                      "so many starts on the floor as well, 1 to 1024 (256 is "
+                      "the usual figure)");
   command->add_option("--threads", options->threads, "default: all cores");
 }
 

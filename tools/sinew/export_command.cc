@@ -15,6 +15,7 @@
 #include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
+#include "learner/state/newest_state.h"
 #include "learner/state/state_store.h"
 #include "proto/sinew/v1/run.pb.h"
 
@@ -56,15 +57,13 @@ absl::Status CheckLibrary(const ExportOptions& options,
                           const v1::EvaluatedPolicy& best) {
   if (best.assets_sha256().empty()) return absl::OkStatus();
   std::vector<std::string> warnings;
-  const auto state = learner::LoadLatestState(store, &warnings);
+  const auto state = learner::LoadLatestCounters(store, &warnings);
   if (absl::IsNotFound(state.status())) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(state.status());
-  if (best.assets_sha256() == state->counters.assets_sha256()) {
-    return absl::OkStatus();
-  }
+  if (best.assets_sha256() == state->assets_sha256()) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(
       options.run, ": the best policy: expected one of the run's assets ",
-      state->counters.assets_sha256(), ", found one of ", best.assets_sha256(),
+      state->assets_sha256(), ", found one of ", best.assets_sha256(),
       "; nothing was evaluated since the library changed"));
 }
 

@@ -33,6 +33,9 @@ Json EvaluationRow(const learner::IterationReport& report) {
     row["training"] = SetRow(evaluation.training);
     row["left_out"] = SetRow(evaluation.left_out);
   }
+  if (report.drawn.clips < evaluation.training.clips) {
+    row["drawn"] = SetRow(report.drawn);
+  }
   return row;
 }
 
@@ -90,6 +93,10 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
               {"flops", update.flops},
               {"seconds", SecondsRow(report, figures)}};
   row["curriculum"] = SummaryJson(report.curriculum);
+  if (report.plateau) {
+    row["plateau"] = {{"best_share", report.plateau->best_share()},
+                      {"stalled", report.plateau->stalled()}};
+  }
   if (report.evaluation) row["eval"] = EvaluationRow(report);
   return row;
 }

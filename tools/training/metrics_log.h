@@ -42,6 +42,9 @@ struct RunFigures {
 // of cores * seconds.iteration, the actors' threads spent seconds.simulate,
 // infer, observe, encode and evaluate, the learner ranks * seconds.learn and
 // seconds.publish and save; the rest is waiting, sending and judging segments.
+// `eval` has `training` and `left_out` where clips are left out, and `drawn`
+// where starts are drawn from some of those that are trained on; `plateau` is
+// there where the recipe has one.
 //
 // Thread-safety: one caller. Blocking: on the disk; each row is flushed.
 // Errors: those of the disk, naming the file.

@@ -11,6 +11,7 @@
 #include "absl/strings/str_split.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
+#include "proto/sinew/v1/training_state.pb.h"
 
 namespace sinew::tools {
 namespace {
@@ -122,6 +123,59 @@ TEST(MetricsLogTest, SaysWhereEpisodesStart) {
   EXPECT_FALSE(first["eval"].contains("left_out"));
   EXPECT_EQ(second["eval"]["training"]["clips"], 4);
   EXPECT_EQ(second["eval"]["left_out"]["clips"], 3);
+}
+
+std::vector<nlohmann::json> Rows(const std::string& path) {
+  std::vector<nlohmann::json> rows;
+  const auto text = ReadFile(path);
+  EXPECT_THAT(text, IsOk());
+  for (const std::string& line : std::vector<std::string>(
+           absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
+    rows.push_back(nlohmann::json::parse(line));
+  }
+  return rows;
+}
+
+TEST(MetricsLogTest, HasThePlateauOnlyWhereTheRecipeHasOne) {
+  const std::string path = NewFile("plateau.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  learner::IterationReport report;
+  report.iteration = 1;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  report.iteration = 2;
+  report.plateau = v1::PlateauState();
+  report.plateau->set_best_share(0.75);
+  report.plateau->set_stalled(2);
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+
+  const std::vector<nlohmann::json> rows = Rows(path);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_FALSE(rows[0].contains("plateau"));
+  EXPECT_EQ(rows[1]["plateau"]["best_share"], 0.75);
+  EXPECT_EQ(rows[1]["plateau"]["stalled"], 2);
+}
+
+TEST(MetricsLogTest, HasTheClipsThatAreDrawnFromWhereTheyAreFewer) {
+  const std::string path = NewFile("drawn.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  learner::IterationReport report;
+  report.iteration = 1;
+  report.evaluation = EvaluationSummary();
+  report.evaluation->training.clips = 4;
+  report.drawn.clips = 4;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  report.iteration = 2;
+  report.drawn.clips = 3;
+  report.drawn.succeeded_starts = 7;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+
+  const std::vector<nlohmann::json> rows = Rows(path);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_FALSE(rows[0]["eval"].contains("drawn"));
+  EXPECT_EQ(rows[1]["eval"]["drawn"]["clips"], 3);
+  EXPECT_EQ(rows[1]["eval"]["drawn"]["succeeded_starts"], 7);
 }
 
 }  // namespace

@@ -30,12 +30,17 @@ class RunFolder {
   static absl::StatusOr<std::unique_ptr<RunFolder>> Open(
       const std::string& path, const v1::Recipe& recipe);
 
+  // checkpoints() of the folder at `path`, there or not.
+  static std::string CheckpointsOf(const std::string& path) {
+    return JoinPath(path, "checkpoints");
+  }
+
   const std::string& path() const { return path_; }
   std::string config() const { return JoinPath(path_, "config.textproto"); }
   std::string metrics() const { return JoinPath(path_, "metrics.jsonl"); }
   std::string log() const { return JoinPath(path_, "log.jsonl"); }
   std::string actor_logs() const { return JoinPath(path_, "logs"); }
-  std::string checkpoints() const { return JoinPath(path_, "checkpoints"); }
+  std::string checkpoints() const { return CheckpointsOf(path_); }
   std::string bundle() const { return JoinPath(path_, "bundle"); }
   std::string best_bundle() const { return JoinPath(path_, "bundle_best"); }
 

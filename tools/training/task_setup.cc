@@ -18,14 +18,42 @@
 namespace sinew::tools {
 namespace {
 
+using Assets = std::map<std::string, std::string>;
+
+// Whether these are the bytes of `count` fallen states of a character.
+bool AreFallenStates(const Blob& bytes, const character::Character& character,
+                     int count) {
+  if (bytes == nullptr) return false;
+  const auto states = world::FallenStates::Parse(*bytes, character, "kept");
+  return states.ok() && states->size() == count;
+}
+
+// The asset "fallen", beside those that are there.
+absl::Status AddFallenStates(const v1::Recipe& recipe,
+                             const character::Character& character,
+                             const KeptFallenStates& kept, Assets* assets) {
+  const v1::Recovery& recovery = recipe.task().recovery();
+  if (!(recovery.fallen_share() > 0)) return absl::OkStatus();
+  const Blob before = kept ? kept(*assets) : nullptr;
+  if (AreFallenStates(before, character, recovery.fallen_states())) {
+    (*assets)["fallen"] = *before;
+    return absl::OkStatus();
+  }
+  SINEW_ASSIGN_OR_RETURN(const auto made,
+                         world::FallenStates::MakeFor(character, recipe));
+  (*assets)["fallen"] = made->Serialize();
+  return absl::OkStatus();
+}
+
 // The assets' bytes by role, as in TaskAssets.
-absl::StatusOr<std::map<std::string, std::string>> MakeAssets(
-    const v1::Recipe& recipe, const std::string& character_name,
-    const std::string& motions) {
+absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
+                                  const std::string& character_name,
+                                  const std::string& motions,
+                                  const KeptFallenStates& kept) {
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<character::Character> character,
       character::Character::Load(character_name, recipe.physics()));
-  std::map<std::string, std::string> assets;
+  Assets assets;
   assets["character"] = character->character_text();
   assets["model"] = character->model_binary();
   assets["recipe"] = PrintRecipe(recipe);
@@ -33,20 +61,12 @@ absl::StatusOr<std::map<std::string, std::string>> MakeAssets(
                          ReadFile(JoinPath(motions, "manifest.json")));
   SINEW_ASSIGN_OR_RETURN(assets["frames"],
                          ReadFile(JoinPath(motions, "frames.safetensors")));
-  const v1::Recovery& recovery = recipe.task().recovery();
-  if (recovery.fallen_share() > 0) {
-    SINEW_ASSIGN_OR_RETURN(
-        const world::FallenStates fallen,
-        world::FallenStates::Make(*character, recipe, recovery.fallen_states(),
-                                  recovery.fallen_seed()));
-    assets["fallen"] = fallen.Serialize();
-  }
+  SINEW_RETURN_IF_ERROR(AddFallenStates(recipe, *character, kept, &assets));
   return assets;
 }
 
 // The bytes of a role, empty where there is none.
-absl::string_view Optional(const std::map<std::string, std::string>& assets,
-                           const std::string& role) {
+absl::string_view Optional(const Assets& assets, const std::string& role) {
   const auto found = assets.find(role);
   return found == assets.end() ? absl::string_view() : found->second;
 }
@@ -66,8 +86,10 @@ v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
 
 absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& character,
-                                    const std::string& motions) {
-  SINEW_ASSIGN_OR_RETURN(auto assets, MakeAssets(recipe, character, motions));
+                                    const std::string& motions,
+                                    const KeptFallenStates& kept) {
+  SINEW_ASSIGN_OR_RETURN(auto assets,
+                         MakeAssets(recipe, character, motions, kept));
   TaskSetup setup;
   SINEW_ASSIGN_OR_RETURN(
       setup.library,

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_TRAINING_TASK_SETUP_H_
 #define SINEW_TOOLS_TRAINING_TASK_SETUP_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -37,13 +38,21 @@ struct TaskSetup {
   std::map<std::string, Blob> assets;
 };
 
+// Fallen states that are kept from before of a task with these other assets
+// (bytes by role: character, model, recipe ...), or null.
+using KeptFallenStates =
+    std::function<Blob(const std::map<std::string, std::string>& others)>;
+
 // Loads a character (name or file) and a motion library (folder), compiles the
 // character for the recipe (defaults filled, valid), and builds the task from
-// the assets' bytes just as an actor will. Blocks on the disk. NOT_FOUND,
-// INVALID_ARGUMENT naming file and field.
+// the assets' bytes just as an actor will. Fallen states, where the recipe has
+// them, are what `kept` has (if they are of this character and as many as asked
+// for), else made anew. Blocks on the disk. NOT_FOUND, INVALID_ARGUMENT naming
+// file and field.
 absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& character,
-                                    const std::string& motions);
+                                    const std::string& motions,
+                                    const KeptFallenStates& kept = nullptr);
 
 }  // namespace sinew::tools
 

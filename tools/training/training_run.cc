@@ -13,6 +13,7 @@
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/training_state.pb.h"
 #include "tools/training/process_cpu.h"
 
 namespace sinew::tools {
@@ -33,20 +34,32 @@ std::string EvaluationText(const SetSummary& overall) {
 
 }  // namespace
 
-bool TrainingRun::IsDone() const {
+std::string TrainingRun::EndReason() const {
+  if (trainer_->plateau_reached()) {
+    const v1::PlateauState& plateau = trainer_->plateau();
+    return absl::StrFormat(
+        "plateau: %d evaluations without a gain above %.1f %% of starts",
+        plateau.stalled(), 100 * plateau.best_share());
+  }
   const double iterations =
       Limit(static_cast<double>(options_.iterations),
             static_cast<double>(options_.recipe.max_iterations()));
+  if (iterations > 0 &&
+      static_cast<double>(trainer_->iteration()) >= iterations) {
+    return "iterations";
+  }
   const double minutes = Limit(options_.minutes, options_.recipe.max_minutes());
-  return (iterations > 0 &&
-          static_cast<double>(trainer_->iteration()) >= iterations) ||
-         (minutes > 0 && figures_.seconds.train >= 60 * minutes);
+  if (minutes > 0 && figures_.seconds.train >= 60 * minutes) return "minutes";
+  return "";
 }
 
 absl::Status TrainingRun::Train() {
   row_seconds_ = clock_.SteadySeconds();
   row_learner_cpu_ = ProcessCpuSeconds(getpid());
   row_actors_cpu_ = children_.cpu_seconds ? children_.cpu_seconds() : 0;
+  if (IsDone()) {
+    LogInfo("nothing is left to train", {{"reason", EndReason()}});
+  }
   absl::Status status;
   while (status.ok() && !IsDone() && !stop_.stop_requested()) {
     status = RunIteration();
@@ -59,8 +72,12 @@ absl::Status TrainingRun::Train() {
     status.Update(SaveAndWait());
     status.Update(Export());
   }
+  const std::string reason = !status.ok() ? "failed"
+                             : IsDone()   ? EndReason()
+                                          : "stopped";
   LogInfo("training has ended", {{"iteration", trainer_->iteration()},
-                                 {"train_s", figures_.seconds.train}});
+                                 {"train_s", figures_.seconds.train},
+                                 {"reason", reason}});
   return status;
 }
 

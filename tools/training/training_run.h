@@ -37,8 +37,9 @@ namespace sinew::tools {
 //         servers -> experience -> trainer <- latest state, if there is one
 //   (actors come to address())
 //   Train: iteration, row of metrics.jsonl, progress, best policy, save by
-//          interval (beside training) until minutes or iterations are over, or
-//          stop; then saves and exports bundle/ and bundle_best/
+//          interval (beside training) until minutes or iterations are over,
+//          the recipe's plateau is reached, or stop; then saves and exports
+//          bundle/ and bundle_best/
 //   Drain: actors go
 //
 // A run whose library has changed is refused before anything of it is touched,
@@ -116,7 +117,9 @@ class TrainingRun {
   absl::Status Migrate();
 
   // training_run.cc.
-  bool IsDone() const;
+  // Why the run is over; empty: it is not.
+  std::string EndReason() const;
+  bool IsDone() const { return !EndReason().empty(); }
   absl::Status RunIteration();
   void Account(const learner::IterationReport& report);
   void Tell(const learner::IterationReport& report);

@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -9,14 +10,39 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/build_info.h"
+#include "common/files.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
+#include "deploy/checkpoint/open_store.h"
 #include "learner/ppo/ppo_learner.h"
 #include "tools/training/initial_policy.h"
+#include "tools/training/kept_fallen_states.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {
+namespace {
+
+// The fallen states of a run that is there already, or null. What there is to
+// say of it goes to `notes`, since the run's log is not open yet.
+Blob KeptFallenStatesOf(const TrainingRun::Options& options, const Clock& clock,
+                        const StopToken& stop,
+                        const std::map<std::string, std::string>& assets,
+                        std::vector<std::string>* notes) {
+  std::string where = options.checkpoint_address;
+  if (where.empty()) {
+    where = RunFolder::CheckpointsOf(options.directory);
+    if (!FileExists(where)) return nullptr;
+  }
+  const auto store = checkpoint::OpenStore(
+      where, checkpoint::StoreAccess::kRead, options.security, clock, stop);
+  if (store.ok()) return FindFallenStates(**store, assets, notes);
+  notes->push_back(
+      absl::StrCat("fallen states are made anew: ", store.status().message()));
+  return nullptr;
+}
+
+}  // namespace
 
 TrainingRun::TrainingRun(const Options& options, Clock& clock,
                          const StopToken& stop)
@@ -30,12 +56,18 @@ TrainingRun::~TrainingRun() { SetProgramLogger(nullptr); }
 
 absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
     const Options& options, Clock& clock, const StopToken& stop) {
+  std::vector<std::string> notes;
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
-      SetUpTask(options.recipe, options.character, options.motions));
+      SetUpTask(options.recipe, options.character, options.motions,
+                [&](const std::map<std::string, std::string>& others) {
+                  return KeptFallenStatesOf(options, clock, stop, others,
+                                            &notes);
+                }));
   std::unique_ptr<TrainingRun> run(new TrainingRun(options, clock, stop));
   run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
   SINEW_RETURN_IF_ERROR(run->OpenFolder());
+  for (const std::string& note : notes) LogWarning(note);
   SINEW_RETURN_IF_ERROR(run->OpenStore(setup));
   SINEW_RETURN_IF_ERROR(run->StartServices(setup));
   SINEW_RETURN_IF_ERROR(run->MakeTrainer(setup));

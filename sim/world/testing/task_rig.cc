@@ -3,12 +3,7 @@
 namespace sinew::world::testing {
 
 std::unique_ptr<const FallenStates> MakeFallenStates(const ToyWorld& toy) {
-  const v1::Recovery& recovery = toy.recipe.task().recovery();
-  if (!(recovery.fallen_share() > 0)) return nullptr;
-  return std::make_unique<const FallenStates>(
-      FallenStates::Make(*toy.character, toy.recipe, recovery.fallen_states(),
-                         recovery.fallen_seed())
-          .value());
+  return FallenStates::MakeFor(*toy.character, toy.recipe).value();
 }
 
 TaskRig::TaskRig(const v1::Recipe& recipe)

@@ -218,8 +218,9 @@ function curriculum() {
      series: [line("clips_of_half", "clips", 0)], rules: []}]
       .map((one) => new LineChart(group, one)).filter((chart) => !chart.empty);
   return section("Where episodes start",
-      [rule ? `Rule: ${plain(rule)}. ` : "", summary ? `${summary.clips} clips in ${summary.bins
-        } bins of time, ${summary.left_out_clips} clips left out of training. ` : "",
+      [rule ? `Rule: ${plain(rule)}. ` : "", summary ? `${summary.clips} clips${
+        summary.drawn_clips < summary.clips ? ` (starts from ${summary.drawn_clips} of them)` : ""
+        } in ${summary.bins} bins of time, ${summary.left_out_clips} clips left out of training. ` : "",
        "A bin's failure rate is the share of recent passages that failed there or shortly after."],
       h("div", {class: "charts"}, charts.map((chart) => chart.element)),
       clips && clips.length ? h("div", {class: "panel scroll", style: "margin-top:14px"},

@@ -1,0 +1,87 @@
+#include "common/config/procedure_validate.h"
+
+#include <cstdint>
+
+#include "absl/strings/string_view.h"
+#include "google/protobuf/repeated_field.h"
+
+namespace sinew {
+namespace {
+
+// The recovery primitive comes on top of those that track.
+constexpr int kMaxTracking = 15;
+constexpr int kMaxPrimitives = 16;
+constexpr int kMaxWidth = 16384;
+
+bool EndsAtPlateau(const v1::Recipe& recipe) {
+  return recipe.plateau().evaluations() > 0;
+}
+
+void CheckPlateau(const v1::Recipe& recipe, FieldChecker& check) {
+  const v1::Plateau& plateau = recipe.plateau();
+  check.AtLeast(plateau.evaluations(), 0, "plateau.evaluations");
+  check.Within(plateau.gain(), 0, 1, "plateau.gain");
+  check.AtLeast(plateau.min_samples(), 0, "plateau.min_samples");
+  check.Require(!EndsAtPlateau(recipe) || recipe.evaluation().interval() > 0,
+                "evaluation.interval",
+                ">= 1, since plateau waits for evaluations",
+                recipe.evaluation().interval());
+}
+
+void CheckWidths(const google::protobuf::RepeatedField<int32_t>& widths,
+                 absl::string_view path, FieldChecker& check) {
+  for (const int width : widths) check.Within(width, 1, kMaxWidth, path);
+}
+
+void CheckRecoveryStage(const v1::Recipe& recipe, FieldChecker& check) {
+  const v1::Procedure& procedure = recipe.procedure();
+  check.AtLeast(procedure.recovery_samples(), 0, "procedure.recovery_samples");
+  const v1::Recovery& recovery = recipe.task().recovery();
+  const double share = recovery.fallen_share() + recovery.far_share();
+  check.Require(procedure.recovery_samples() == 0 || share > 0, "task.recovery",
+                "fallen_share + far_share > 0, since "
+                "procedure.recovery_samples asks for a recovery primitive",
+                share);
+}
+
+void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
+  const v1::Procedure& procedure = recipe.procedure();
+  check.Within(procedure.max_primitives(), 1, kMaxTracking,
+               "procedure.max_primitives");
+  check.AtLeast(procedure.negligible_clips(), 0, "procedure.negligible_clips");
+  check.Within(procedure.learnable_share(), 0, 1, "procedure.learnable_share");
+  check.Positive(procedure.full_samples(), "procedure.full_samples");
+  check.Positive(procedure.hard_samples(), "procedure.hard_samples");
+  check.AtLeast(procedure.composer_samples(), 0, "procedure.composer_samples");
+  check.Require(procedure.composer_samples() == 0 ||
+                    procedure.max_primitives() > 1 ||
+                    procedure.recovery_samples() > 0,
+                "procedure.composer_samples",
+                "0, since one primitive alone cannot be composed",
+                procedure.composer_samples());
+  CheckWidths(procedure.composer_hidden(), "procedure.composer_hidden", check);
+  check.Require(EndsAtPlateau(recipe), "plateau.evaluations",
+                ">= 1, since stages of the procedure end at a plateau",
+                recipe.plateau().evaluations());
+  CheckRecoveryStage(recipe, check);
+  check.Require(!recipe.network().has_composer(), "network.composer",
+                "unset, since the procedure makes its composer itself", "set");
+}
+
+void CheckComposer(const v1::Composer& composer, FieldChecker& check) {
+  check.Within(composer.primitives(), 2, kMaxPrimitives,
+               "network.composer.primitives");
+  CheckWidths(composer.hidden(), "network.composer.hidden", check);
+}
+
+}  // namespace
+
+void CheckStages(const v1::Recipe& recipe, FieldChecker& check) {
+  if (recipe.has_plateau()) CheckPlateau(recipe, check);
+  if (recipe.has_procedure()) CheckProcedure(recipe, check);
+  if (recipe.network().has_composer()) {
+    CheckComposer(recipe.network().composer(), check);
+  }
+}
+
+}  // namespace sinew

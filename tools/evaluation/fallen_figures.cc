@@ -1,0 +1,91 @@
+#include "tools/evaluation/fallen_figures.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "actor/fallen_evaluation.h"
+#include "common/status_macros.h"
+#include "tools/evaluation/rollout_pool.h"
+
+namespace sinew::evaluation {
+namespace {
+
+constexpr double kSoonSeconds = 3;
+constexpr double kLateSeconds = 5;
+
+// Neighbours of one clip run together; results say which state they are of.
+absl::StatusOr<std::vector<v1::EvaluationStart>> StartsByClip(
+    const world::TrackingTask& task) {
+  SINEW_ASSIGN_OR_RETURN(std::vector<v1::EvaluationStart> starts,
+                         actor::FallenStarts(task, kLateSeconds));
+  std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) {
+    return std::make_pair(a.clip(), a.fallen_state()) <
+           std::make_pair(b.clip(), b.fallen_state());
+  });
+  return starts;
+}
+
+// Of starts that are sorted by clip.
+int CountClips(const std::vector<v1::EvaluationStart>& starts) {
+  int count = 0;
+  for (size_t i = 0; i < starts.size(); ++i) {
+    if (i == 0 || starts[i].clip() != starts[i - 1].clip()) ++count;
+  }
+  return count;
+}
+
+absl::StatusOr<FallenFigures> Measure(
+    const Subject& subject, const actor::PreparedSnapshot& policy,
+    const std::vector<v1::EvaluationStart>& starts, int threads,
+    const StopToken& stop) {
+  SINEW_ASSIGN_OR_RETURN(
+      const std::vector<v1::EvaluationResult> results,
+      RunStarts(subject.assets, policy, starts, threads, stop));
+  const double hz = subject.assets->recipe().physics().control_hz();
+  return FallenFigures{
+      .recovered_3_s = actor::RecoveredShare(results, kSoonSeconds, hz),
+      .recovered_5_s = actor::RecoveredShare(results, kLateSeconds, hz)};
+}
+
+}  // namespace
+
+absl::Status CheckFallenStarts(int starts) {
+  if (starts >= 1 && starts <= kMostFallenStarts) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "fallen starts: expected 1 to ", kMostFallenStarts, ", found ", starts));
+}
+
+absl::StatusOr<std::unique_ptr<const world::FallenStates>> MakeFallenStates(
+    const v1::Recipe& recipe, const character::Character& character,
+    int starts) {
+  SINEW_ASSIGN_OR_RETURN(
+      world::FallenStates states,
+      world::FallenStates::Make(character, recipe, starts,
+                                recipe.task().recovery().fallen_seed()));
+  return std::make_unique<const world::FallenStates>(std::move(states));
+}
+
+absl::StatusOr<FallenEvaluation> EvaluateFallen(const Subject& subject,
+                                                int threads,
+                                                const StopToken& stop) {
+  const world::TrackingTask& task = subject.assets->task();
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
+                         StartsByClip(task));
+  const double hz = task.recipe().physics().control_hz();
+  FallenEvaluation evaluation;
+  evaluation.starts = static_cast<int>(starts.size());
+  evaluation.seed = task.recipe().task().recovery().fallen_seed();
+  evaluation.clips = CountClips(starts);
+  evaluation.seconds = starts.front().steps() / hz;
+  evaluation.reference_stands_seconds = starts.front().recovery_steps() / hz;
+  SINEW_ASSIGN_OR_RETURN(evaluation.policy, Measure(subject, *subject.policy,
+                                                    starts, threads, stop));
+  SINEW_ASSIGN_OR_RETURN(
+      evaluation.zero_action,
+      Measure(subject, *subject.zero_action, starts, threads, stop));
+  return evaluation;
+}
+
+}  // namespace sinew::evaluation

@@ -1,0 +1,203 @@
+#include "tools/evaluation/fallen_figures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "actor/fallen_evaluation.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "sim/world/testing/toy_world.h"
+#include "tools/evaluation/bundle_subject.h"
+#include "tools/evaluation/evaluate_bundle.h"
+#include "tools/evaluation/evaluation_json.h"
+#include "tools/evaluation/rollout_pool.h"
+
+namespace sinew::evaluation {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+// The zero action on the toy, where who is `distance` m off still tracks.
+absl::StatusOr<Subject> ZeroAction(int states, double distance,
+                                   std::initializer_list<int> left_out = {}) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_evaluation()->set_max_mean_body_distance(distance);
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  LeaveOut(left_out, toy);
+  auto fallen = MakeFallenStates(toy.recipe, *toy.character, states);
+  if (!fallen.ok()) return fallen.status();
+  return MakeZeroActionSubject(toy.recipe, std::move(toy.character),
+                               std::move(toy.library), *std::move(fallen));
+}
+
+// A bundle of a random policy, and the library it was made for, on disk.
+class FallenBundle : public ::testing::Test {
+ protected:
+  void Write(const v1::Recipe& recipe = world::testing::ToyRecipe()) {
+    const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+    bundle_ = JoinPath(toy.folder, "bundle");
+    motions_ = toy.library_folder;
+    out_ = JoinPath(toy.folder, "eval.json");
+    ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle_),
+                IsOk());
+  }
+
+  absl::StatusOr<EvaluationFigures> Evaluate(std::optional<int> fallen) const {
+    return EvaluateBundle(
+        bundle_, motions_, out_,
+        {.starts = 1, .seconds = 0.5, .threads = 2, .fallen = fallen},
+        StopToken());
+  }
+
+  std::string bundle_, motions_, out_;
+};
+
+TEST_F(FallenBundle, IsMeasuredWithoutRecoveryInItsRecipe) {
+  Write();
+
+  const auto figures = Evaluate(4);
+
+  ASSERT_THAT(figures, IsOk());
+  ASSERT_TRUE(figures->fallen.has_value());
+  const Json fallen = Json::parse(*ReadFile(out_))["fallen"];
+  EXPECT_EQ(fallen["starts"], 4);
+  EXPECT_EQ(fallen["seed"], 0);
+  EXPECT_EQ(fallen["clips"], 1);  // "turn": the others are too short
+  EXPECT_EQ(fallen["seconds"], 5.5);
+  EXPECT_EQ(fallen["reference_stands_seconds"], 3);
+  EXPECT_EQ(fallen["recovered_3_s"], figures->fallen->policy.recovered_3_s);
+  EXPECT_EQ(fallen["zero_action"]["recovered_5_s"],
+            figures->fallen->zero_action.recovered_5_s);
+  EXPECT_LE(fallen["recovered_3_s"], fallen["recovered_5_s"]);
+}
+
+TEST_F(FallenBundle, IsMeasuredAsItsRecipeSaysWhereThatHasRecovery) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->set_fallen_share(0.5);
+  recovery->set_steps(60);
+  recovery->set_fallen_states(2);
+  recovery->set_fallen_seed(9);
+  Write(WithDefaults(recipe));
+
+  ASSERT_THAT(Evaluate(3), IsOk());  // more than the recipe trains on
+
+  const Json fallen = Json::parse(*ReadFile(out_))["fallen"];
+  EXPECT_EQ(fallen["starts"], 3);
+  EXPECT_EQ(fallen["seed"], 9);
+  EXPECT_EQ(fallen["reference_stands_seconds"], 2);
+}
+
+TEST_F(FallenBundle, IsNotMeasuredUnlessAskedFor) {
+  Write();
+
+  const auto figures = Evaluate(std::nullopt);
+
+  ASSERT_THAT(figures, IsOk());
+  EXPECT_FALSE(figures->fallen.has_value());
+  EXPECT_FALSE(Json::parse(*ReadFile(out_)).contains("fallen"));
+}
+
+TEST_F(FallenBundle, GivesTheSameBytesWithAnyNumberOfThreads) {
+  Write();
+  const auto loaded = LoadBundleSubject(bundle_, motions_, 10);
+  ASSERT_THAT(loaded, IsOk());
+  const auto json = [&](int threads) {
+    Evaluation evaluation;
+    auto fallen = EvaluateFallen(loaded->subject, threads, StopToken());
+    EXPECT_THAT(fallen, IsOk());
+    evaluation.fallen = *fallen;
+    return EvaluationJson(loaded->subject, {}, {}, evaluation);
+  };
+
+  const std::string one = json(1);
+
+  EXPECT_THAT(one, HasSubstr("recovered_5_s"));
+  EXPECT_EQ(json(3), one);
+}
+
+TEST_F(FallenBundle, RefusesNumbersOfStartsThatMakeNoSense) {
+  Write();
+  for (const int starts : {-1, 0, kMostFallenStarts + 1}) {
+    EXPECT_THAT(
+        Evaluate(starts),
+        StatusIs(absl::StatusCode::kInvalidArgument,
+                 HasSubstr(absl::StrCat("fallen starts: expected 1 to 1024, "
+                                        "found ",
+                                        starts))));
+  }
+  EXPECT_FALSE(FileExists(out_));
+}
+
+TEST(FallenFigures, AreThoseOfEachStartOnItsOwn) {
+  const auto subject = ZeroAction(/*states=*/10, /*distance=*/5);
+  ASSERT_THAT(subject, IsOk());
+  const auto starts = actor::FallenStarts(subject->assets->task(), 5);
+  ASSERT_THAT(starts, IsOk());
+  std::vector<v1::EvaluationResult> results;
+  for (const v1::EvaluationStart& start : *starts) {
+    const auto result = RunStarts(subject->assets, *subject->policy, {start},
+                                  /*threads=*/1, StopToken());
+    ASSERT_THAT(result, IsOk());
+    results.push_back(result->front());
+  }
+
+  const auto fallen = EvaluateFallen(*subject, /*threads=*/2, StopToken());
+
+  ASSERT_THAT(fallen, IsOk());
+  EXPECT_EQ(fallen->policy.recovered_3_s,
+            actor::RecoveredShare(results, 3, 30));
+  EXPECT_EQ(fallen->policy.recovered_5_s,
+            actor::RecoveredShare(results, 5, 30));
+  EXPECT_EQ(fallen->zero_action.recovered_5_s, fallen->policy.recovered_5_s);
+}
+
+TEST(FallenFigures, AreZeroWhereNobodyTracks) {
+  const auto subject = ZeroAction(/*states=*/4, /*distance=*/1e-6);
+  ASSERT_THAT(subject, IsOk());
+
+  const auto fallen = EvaluateFallen(*subject, /*threads=*/1, StopToken());
+
+  ASSERT_THAT(fallen, IsOk());
+  EXPECT_EQ(fallen->starts, 4);
+  EXPECT_EQ(fallen->policy.recovered_5_s, 0);
+}
+
+TEST(FallenFigures, NeedAClipThatIsFitForIt) {
+  const auto subject = ZeroAction(/*states=*/1, /*distance=*/0.5, {0});
+  ASSERT_THAT(subject, IsOk());
+
+  EXPECT_THAT(EvaluateFallen(*subject, /*threads=*/1, StopToken()),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected a clip of at least 76 frames")));
+}
+
+TEST(FallenFigures, StopWhenAsked) {
+  const auto subject = ZeroAction(/*states=*/1, /*distance=*/0.5);
+  ASSERT_THAT(subject, IsOk());
+  StopSource source;
+  source.request_stop();
+
+  EXPECT_THAT(EvaluateFallen(*subject, /*threads=*/1, source.get_token()),
+              StatusIs(absl::StatusCode::kCancelled));
+}
+
+}  // namespace
+}  // namespace sinew::evaluation

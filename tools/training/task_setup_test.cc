@@ -1,0 +1,101 @@
+#include "tools/training/task_setup.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "common/blobs/blob_source.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "sim/world/fallen_states.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Key;
+using ::testing::Not;
+
+v1::Recipe RecoveryRecipe() {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->set_fallen_share(0.5);
+  recovery->set_fallen_states(3);
+  return WithDefaults(recipe);
+}
+
+class TaskSetups : public ::testing::Test {
+ protected:
+  TaskSetup SetUpToy(const KeptFallenStates& kept = nullptr) const {
+    auto setup =
+        SetUpTask(toy_.recipe, JoinPath(toy_.folder, "character.textproto"),
+                  toy_.library_folder, kept);
+    EXPECT_THAT(setup, IsOk());
+    return *std::move(setup);
+  }
+  // States that no other recipe would make: of another seed.
+  Blob States(int count) const {
+    const auto states = world::FallenStates::Make(*toy_.character, toy_.recipe,
+                                                  count, /*seed=*/77);
+    EXPECT_THAT(states, IsOk());
+    return std::make_shared<const std::string>(states->Serialize());
+  }
+
+  const world::testing::ToyWorld toy_ =
+      world::testing::MakeToyWorld(RecoveryRecipe());
+};
+
+TEST_F(TaskSetups, HaveFallenStatesWhereTheRecipeStartsFromThem) {
+  const TaskSetup setup = SetUpToy();
+
+  const auto states = world::FallenStates::Parse(*setup.assets.at("fallen"),
+                                                 *toy_.character, "asset");
+  ASSERT_THAT(states, IsOk());
+  EXPECT_EQ(states->size(), 3);
+
+  const auto plain = SetUpTask(world::testing::ToyRecipe(),
+                               JoinPath(toy_.folder, "character.textproto"),
+                               toy_.library_folder, [](const auto&) {
+                                 ADD_FAILURE() << "asked for fallen states";
+                                 return Blob();
+                               });
+  ASSERT_THAT(plain, IsOk());
+  EXPECT_THAT(plain->assets, Not(Contains(Key("fallen"))));
+}
+
+TEST_F(TaskSetups, TakeTheFallenStatesThatAreKept) {
+  const Blob kept = States(3);
+  std::map<std::string, std::string> seen;
+
+  const TaskSetup setup = SetUpToy([&](const auto& others) {
+    seen = others;
+    return kept;
+  });
+
+  EXPECT_EQ(*setup.assets.at("fallen"), *kept);
+  EXPECT_NE(setup.assets_sha256, SetUpToy().assets_sha256);
+  EXPECT_THAT(seen, AllOf(Contains(Key("character")), Contains(Key("model")),
+                          Contains(Key("recipe"))));
+  EXPECT_EQ(seen["model"], *setup.assets.at("model"));
+}
+
+TEST_F(TaskSetups, MakeFallenStatesAnewWhereTheKeptOnesDoNotFit) {
+  const std::string made = *SetUpToy().assets.at("fallen");
+  const Blob nonsense = std::make_shared<const std::string>("nonsense");
+
+  for (const Blob& kept : {Blob(), nonsense, States(2)}) {
+    const TaskSetup setup = SetUpToy([&](const auto&) { return kept; });
+
+    EXPECT_EQ(*setup.assets.at("fallen"), made);
+  }
+}
+
+}  // namespace
+}  // namespace sinew::tools
