@@ -56,6 +56,10 @@ def sinew_cc_binary(name, srcs = [], deps = [], copts = [], features = [], **kwa
         **kwargs
     )
 
+# A test's own source runs once; what it tests is optimised as ever. Most of the
+# time of a cold build is compiling tests.
+_TEST_COPTS = ["-O0"]
+
 def sinew_cc_test(name, srcs = None, deps = [], data = [], copts = [], features = [], size = "small", main = True, **kwargs):
     """A GoogleTest program; gtest, gmock and their main need no mention.
 
@@ -74,7 +78,7 @@ def sinew_cc_test(name, srcs = None, deps = [], data = [], copts = [], features 
         name = name,
         size = size,
         srcs = srcs if srcs != None else [name + ".cc"],
-        copts = _copts(copts),
+        copts = _copts(_TEST_COPTS + copts),
         # Read by --config=asan and --config=tsan through their *_OPTIONS.
         data = data + ["//tools/build:suppressions"],
         features = _FEATURES + features,
