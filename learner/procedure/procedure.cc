@@ -140,7 +140,9 @@ std::optional<Stage> NextTracking(const v1::Procedure& procedure,
                           procedure.negligible_clips());
     return std::nullopt;
   }
-  if (evidence.hard_won < procedure.learnable_share() * evidence.hard_before) {
+  // The margin: 0.1 * 10 must not ask for more than 1.
+  if (evidence.hard_won <
+      procedure.learnable_share() * evidence.hard_before - 1e-9) {
     absl::StrAppendFormat(
         &reason,
         ": the stage won %.2f of its hard set, less than learnable_share = "

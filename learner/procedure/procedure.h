@@ -61,6 +61,10 @@ struct FinishedStage {
   int64_t iterations = 0;
   int64_t samples = 0;
   double train_seconds = 0;
+  // What its plateau rests on: the best share of starts that succeeded, and
+  // evaluations in a row without a gain. 0 where there were none.
+  double best_share = 0;
+  int stalled = 0;
   // Clips trained on, of the whole library, that its final weights fail.
   std::vector<std::string> failed;
 };
@@ -69,8 +73,9 @@ struct FinishedStage {
 struct Evidence {
   int clips = 0;                  // that are trained on
   std::vector<std::string> hard;  // that no primitive wins, in their order
-  // Of the latest stage, if it was on a hard set: its size, how many of it
-  // were won, and how many others were won before and are not any more.
+  // Of the latest stage that tracks, if it was on a hard set: the set's size,
+  // how many of it that stage won, and how many clips of `hard` are not in the
+  // set, since some primitive won them before.
   int hard_before = 0;
   int hard_won = 0;
   int forgotten = 0;

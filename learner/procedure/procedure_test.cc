@@ -147,6 +147,27 @@ TEST(NextStage, GrowsNothingForWhatCannotBeLearned) {
   EXPECT_EQ(decision.evidence.hard_won, 1);
 }
 
+TEST(NextStage, TakesTheLearnableShareItselfForEnough) {
+  const Clips ten = {"a", "b", "c", "d", "e", "f", "g", "h", "i", "j"};
+  v1::Procedure procedure = MakeProcedure();
+  // As doubles, 3 * 0.1 * 10 is more than 3.
+  for (const int won : {1, 3, 6, 7, 9}) {
+    procedure.set_learnable_share(won * 0.1);
+    const FinishedStage full = {.stage = {}, .failed = ten};
+    const FinishedStage hard = {.stage = {.kind = StageKind::kHard,
+                                          .primitive = 0,
+                                          .from = 0,
+                                          .clips = ten,
+                                          .primitives = {}},
+                                .failed = Clips(ten.begin() + won, ten.end())};
+
+    const Decision decision = NextStage(procedure, ten, {{full, hard}});
+
+    ASSERT_TRUE(decision.next.has_value());
+    EXPECT_EQ(decision.next->kind, StageKind::kGrown) << decision.reason;
+  }
+}
+
 TEST(NextStage, AGrownPrimitiveGoesOnOnWhatNobodyWins) {
   History history;
   history.Finish({"a", "b", "c"});

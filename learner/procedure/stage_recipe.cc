@@ -34,7 +34,7 @@ int64_t IterationsOf(const v1::Recipe& recipe, StageKind kind) {
   const int64_t per_iteration =
       int64_t{recipe.rollouts().environments()} * recipe.rollouts().horizon();
   const int64_t samples = SamplesOf(recipe.procedure(), kind);
-  return (samples + per_iteration - 1) / per_iteration;
+  return samples / per_iteration + (samples % per_iteration != 0 ? 1 : 0);
 }
 
 void SetComposer(const v1::Procedure& procedure, int primitives,
@@ -44,12 +44,26 @@ void SetComposer(const v1::Procedure& procedure, int primitives,
   *composer.mutable_hidden() = procedure.composer_hidden();
 }
 
+// Whether a stage may start on the floor or from afar.
+bool Recovers(const v1::Recipe& recipe, StageKind kind) {
+  const v1::Recovery& recovery = recipe.task().recovery();
+  return (kind == StageKind::kRecovery || kind == StageKind::kComposer) &&
+         recipe.procedure().recovery_samples() > 0 &&
+         recovery.fallen_share() + recovery.far_share() > 0;
+}
+
+// Evaluations neither end it nor begin its annealing.
+void IgnoreEvaluations(v1::Recipe& recipe) {
+  recipe.clear_plateau();
+  v1::Anneal& anneal = *recipe.mutable_ppo()->mutable_anneal();
+  anneal.set_success_share(0);
+  anneal.set_stall_evaluations(0);
+}
+
 }  // namespace
 
 v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
                        int index) {
-  const bool recovers = stage.kind == StageKind::kRecovery;
-  const bool composes = stage.kind == StageKind::kComposer;
   v1::Recipe derived = recipe;
   derived.clear_procedure();
   derived.set_max_minutes(0);
@@ -62,9 +76,12 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
     *derived.mutable_task()->mutable_start()->mutable_only_clips() = {
         stage.clips.begin(), stage.clips.end()};
   }
-  if (!recovers && !composes) derived.mutable_task()->clear_recovery();
-  if (recovers) derived.clear_plateau();
-  if (composes) {
+  if (Recovers(recipe, stage.kind)) {
+    IgnoreEvaluations(derived);
+  } else {
+    derived.mutable_task()->clear_recovery();
+  }
+  if (stage.kind == StageKind::kComposer) {
     SetComposer(recipe.procedure(), stage.primitive,
                 *derived.mutable_network());
   }

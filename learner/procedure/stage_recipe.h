@@ -15,9 +15,11 @@ namespace sinew::learner {
 //                           procedure's, so it is the run of the same recipe
 //   name                    NAME_STAGE, if there is one
 //   start.only_clips        the stage's clips, if it has some
-//   task.recovery           in kRecovery and kComposer only; no width changes
-//   plateau                 not in kRecovery: evaluations start on the
-//                           reference and say nothing of getting up
+//   task.recovery           in kRecovery and kComposer only, and only if there
+//                           is a recovery primitive; no width changes
+//   plateau, ppo.anneal     never reached and never begun where task.recovery
+//                           is on: evaluations start on the reference and say
+//                           nothing of getting up
 //   network.composer        in kComposer only
 //
 // `recipe` has its defaults filled and is valid, then so is the result. Pure.

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <set>
 #include <string>
 #include <utility>
@@ -26,7 +28,7 @@ constexpr char kRecipe[] = R"(
   name: "phc"
   task { recovery { far_share: 0.5 } }
   rollouts { environments: 16 environments_per_order: 8 horizon: 10 }
-  ppo { minibatch: 80 }
+  ppo { minibatch: 80 anneal { success_share: 0.9 stall_evaluations: 4 } }
   evaluation { interval: 5 starts: 1 }
   plateau { evaluations: 3 }
   procedure {
@@ -53,6 +55,11 @@ Stage MakeStage(StageKind kind, int primitive = 0) {
   return stage;
 }
 
+MATCHER(HeedsNoEvaluation, "") {
+  return !arg.has_plateau() && arg.ppo().anneal().success_share() == 0 &&
+         arg.ppo().anneal().stall_evaluations() == 0;
+}
+
 TEST(StageRecipe, OfTheFirstStageIsTheRunOfTheSameRecipe) {
   const v1::Recipe recipe = MakeRecipe();
   v1::Recipe expected = recipe;
@@ -77,27 +84,54 @@ TEST(StageRecipe, OfAHardSetStartsInItsClipsAlone) {
   EXPECT_THAT(recipe.task().start().only_clips(), ElementsAre("walk", "run"));
   EXPECT_EQ(recipe.max_iterations(), 10);
   EXPECT_TRUE(recipe.has_plateau());
+  EXPECT_EQ(recipe.ppo().anneal().success_share(), 0.9);
+  EXPECT_EQ(recipe.ppo().anneal().stall_evaluations(), 4);
   EXPECT_EQ(recipe.name(), "phc_primitive_0_hard");
 }
 
-TEST(StageRecipe, OfRecoveryHasItsStartsAndNoPlateau) {
+TEST(StageRecipe, OfRecoveryHasItsStartsAndHeedsNoEvaluation) {
   const v1::Recipe recipe =
       StageRecipe(MakeRecipe(), MakeStage(StageKind::kRecovery, 2), 4);
 
   EXPECT_EQ(recipe.task().recovery().far_share(), 0.5);
-  EXPECT_FALSE(recipe.has_plateau());
+  EXPECT_THAT(recipe, HeedsNoEvaluation());
   EXPECT_EQ(recipe.max_iterations(), 1);
   EXPECT_FALSE(recipe.network().has_composer());
 }
 
-TEST(StageRecipe, OfTheComposerHasOneAndRecovers) {
+TEST(StageRecipe, OfTheComposerHasOneRecoversAndHeedsNoEvaluation) {
   const v1::Recipe recipe =
       StageRecipe(MakeRecipe(), MakeStage(StageKind::kComposer, 3), 5);
 
   EXPECT_THAT(recipe.network().composer(),
               EqualsProto("primitives: 3 hidden: 32"));
   EXPECT_EQ(recipe.task().recovery().far_share(), 0.5);
-  EXPECT_TRUE(recipe.has_plateau());
+  EXPECT_THAT(recipe, HeedsNoEvaluation());
+  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
+}
+
+TEST(StageRecipe, OfNoStageRecoversIfNoPrimitiveDoes) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_procedure()->set_recovery_samples(0);
+
+  for (const StageKind kind : {StageKind::kFull, StageKind::kHard,
+                               StageKind::kGrown, StageKind::kComposer}) {
+    const v1::Recipe stage = StageRecipe(recipe, MakeStage(kind, 2), 3);
+
+    EXPECT_FALSE(stage.task().has_recovery()) << KindName(kind);
+    EXPECT_TRUE(stage.has_plateau()) << KindName(kind);
+    EXPECT_EQ(stage.ppo().anneal().success_share(), 0.9) << KindName(kind);
+  }
+}
+
+TEST(StageRecipe, TakesAsManySamplesAsThereAre) {
+  constexpr int64_t kMost = std::numeric_limits<int64_t>::max();
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_procedure()->set_full_samples(kMost);
+
+  EXPECT_EQ(
+      StageRecipe(recipe, MakeStage(StageKind::kFull), 0).max_iterations(),
+      kMost / 160 + 1);
 }
 
 TEST(StageRecipe, GivesEveryStageItsOwnSeed) {
