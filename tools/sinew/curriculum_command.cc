@@ -23,7 +23,7 @@ absl::Status RunCurriculumCommand(const CurriculumOptions& options,
                                   const StopToken&) {
   const SystemClock clock;
   SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
-                         ReadRunCurriculum(FolderToShow(options.run), clock));
+                         ReadRunCurriculum(FolderWithState(options.run), clock));
   for (const std::string& warning : curriculum.warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
@@ -44,7 +44,7 @@ void AddCurriculumCommand(CLI::App& app, Action& action) {
       RunCurriculumCommand);
   command
       ->add_option("run", options->run,
-                   "run directory; of a procedure: its newest stage")
+                   "run directory; of a procedure: its newest stage with a state")
       ->required();
   command
       ->add_option("--hardest", options->hardest,

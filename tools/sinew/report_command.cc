@@ -15,7 +15,7 @@ namespace {
 absl::Status RunReport(const report::ReportOptions& asked,
                        const StopToken& stop) {
   report::ReportOptions options = asked;
-  options.run = FolderToShow(asked.run);
+  options.run = FolderWithRows(asked.run);
   SINEW_ASSIGN_OR_RETURN(const std::string path,
                          report::WriteReport(options, stop));
   absl::PrintF("%s\n", path);
@@ -30,7 +30,7 @@ void AddReportCommand(CLI::App& app, Action& action) {
       app, "report", "a run as one HTML file", options, action, RunReport);
   command
       ->add_option("--run", options->run,
-                   "run directory; of a procedure: its newest stage")
+                   "run directory; of a procedure: its newest stage with rows")
       ->required();
   command->add_option("--motions", options->motions,
                       "library (default: that of eval.json)");

@@ -189,7 +189,7 @@ absl::Status TakePrimitives(const std::vector<std::string>& directories,
 }  // namespace
 
 absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
-                                     const Clock& clock) {
+                                     int64_t iteration, const Clock& clock) {
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<checkpoint::ArtifactStore> store,
       checkpoint::OpenStore(checkpoints, checkpoint::StoreAccess::kRead,
@@ -198,6 +198,12 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
   SINEW_ASSIGN_OR_RETURN(learner::Trainer::State state,
                          learner::LoadLatestState(*store, &warnings));
   for (const std::string& warning : warnings) LogWarning(warning);
+  if (state.counters.iteration() != iteration) {
+    return absl::DataLossError(absl::StrCat(
+        checkpoints, ": expected a whole state of iteration ", iteration,
+        ", which the bundle beside it is of, found one of iteration ",
+        state.counters.iteration()));
+  }
   std::erase_if(state.tensors, [](const auto& tensor) {
     return !absl::StartsWith(tensor.first, "critic/");
   });

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_TRAINING_INITIAL_POLICY_H_
 #define SINEW_TOOLS_TRAINING_INITIAL_POLICY_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,10 @@ struct InitialPolicy {
 
 // The value network's weights of the newest training state in a run's folder
 // checkpoints/; bundles have none. Blocks on the disk. Errors: those of
-// LoadLatestState.
+// LoadLatestState; DATA_LOSS if that state (an older one, where the newest is
+// damaged) is not of `iteration`.
 absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
-                                     const Clock& clock);
+                                     int64_t iteration, const Clock& clock);
 
 // Puts the bundles' weights into the learner, made for this recipe (defaults
 // filled) and task. Every bundle must be of the same character, joints in the

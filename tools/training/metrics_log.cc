@@ -56,6 +56,21 @@ Json SecondsRow(const learner::IterationReport& report,
           {"actors_cpu", figures.actors_cpu}};
 }
 
+Json UpdateRow(const learner::UpdateStatistics& update) {
+  return {{"policy_loss", update.policy_loss},
+          {"value_loss", update.value_loss},
+          {"kl", update.kl},
+          {"epochs", update.epochs},
+          {"clip_fraction", update.clip_fraction},
+          {"policy_gradient_norm", update.policy_gradient_norm},
+          {"value_gradient_norm", update.value_gradient_norm},
+          {"explained_variance", update.explained_variance},
+          {"policy_learning_rate", update.policy_learning_rate},
+          {"value_learning_rate", update.value_learning_rate},
+          {"std_factor", update.std_factor},
+          {"non_finite", update.non_finite}};
+}
+
 Json Row(const learner::IterationReport& report, const RunFigures& figures) {
   const RunSeconds& seconds = figures.seconds;
   const learner::UpdateStatistics& update = report.update;
@@ -70,28 +85,18 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
               {"episodes", report.episodes},
               {"failed_episodes", report.failed_episodes},
               {"episode_steps", report.mean_episode_steps},
-              {"diverged", report.diverged},
-              {"policy_loss", update.policy_loss},
-              {"value_loss", update.value_loss},
-              {"kl", update.kl},
-              {"epochs", update.epochs},
-              {"clip_fraction", update.clip_fraction},
-              {"policy_gradient_norm", update.policy_gradient_norm},
-              {"value_gradient_norm", update.value_gradient_norm},
-              {"explained_variance", update.explained_variance},
-              {"policy_learning_rate", update.policy_learning_rate},
-              {"value_learning_rate", update.value_learning_rate},
-              {"std_factor", update.std_factor},
-              {"non_finite", update.non_finite},
-              {"policy_lag", report.policy_lag},
-              {"physics_steps", report.physics_steps},
-              {"cores", figures.cores},
-              {"ranks", figures.ranks},
-              {"actors", figures.actors},
-              {"orders_reissued", figures.orders_reissued},
-              {"save_failures", figures.save_failures},
-              {"flops", update.flops},
-              {"seconds", SecondsRow(report, figures)}};
+              {"diverged", report.diverged}};
+  row.update(UpdateRow(update));
+  const Json rest = {{"policy_lag", report.policy_lag},
+                     {"physics_steps", report.physics_steps},
+                     {"cores", figures.cores},
+                     {"ranks", figures.ranks},
+                     {"actors", figures.actors},
+                     {"orders_reissued", figures.orders_reissued},
+                     {"save_failures", figures.save_failures},
+                     {"flops", update.flops},
+                     {"seconds", SecondsRow(report, figures)}};
+  row.update(rest);
   row["curriculum"] = SummaryJson(report.curriculum);
   if (report.plateau) {
     row["plateau"] = {{"best_share", report.plateau->best_share()},

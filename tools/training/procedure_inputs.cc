@@ -1,13 +1,20 @@
 #include "tools/training/procedure_inputs.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/types/span.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/evaluation/evaluation_summary.h"
+#include "common/files.h"
+#include "common/status_macros.h"
+#include "learner/curriculum/only_clips_check.h"
 
 namespace sinew::tools {
 
@@ -16,6 +23,8 @@ absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
   const auto& only = recipe.task().start().only_clips();
   const absl::flat_hash_set<std::string> named(only.begin(), only.end());
   const v1::MotionLibrary& library = setup.library->manifest();
+  SINEW_RETURN_IF_ERROR(
+      learner::CheckOnlyClips(recipe.task().start(), library));
   const std::vector<bool> left_out = LeftOutClips(library);
   ProcedureInputs inputs;
   for (int i = 0; i < library.clips_size(); ++i) {
@@ -61,6 +70,52 @@ absl::Status CheckSameInputs(const ProcedureRecord& found,
       ": expected the recipe, character and motion library that the procedure "
       "was started with, found others (changed: ",
       absl::StrJoin(changed, ", "), "); give the same, or another --run"));
+}
+
+std::string StageDirectory(const learner::Stage& stage, int index) {
+  return absl::StrFormat("stages/%02d_%s", index, learner::StageName(stage));
+}
+
+absl::Status CheckFollows(const ProcedureRecord& record,
+                          const v1::Procedure& procedure,
+                          const std::vector<std::string>& trained_on,
+                          const std::string& source) {
+  const std::vector<learner::FinishedStage> finished = record.Finished();
+  for (size_t i = 0; i < record.stages.size(); ++i) {
+    const ProcedureRecord::Entry& known = record.stages[i];
+    std::string expected = "none, since the one before has not ended";
+    if (i <= finished.size()) {
+      const learner::Decision decision = learner::NextStage(
+          procedure, trained_on, absl::MakeConstSpan(finished).first(i));
+      expected = decision.next
+                     ? StageDirectory(*decision.next, static_cast<int>(i))
+                     : "none, since the procedure is over";
+      if (decision.next == known.decision.next && known.directory == expected) {
+        continue;
+      }
+    }
+    return absl::DataLossError(
+        absl::StrCat(source, ": expected stage ", i, " to be ", expected,
+                     ", which follows from those before it, found ",
+                     known.directory, " or another set of clips"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckSameLibrary(const ProcedureRecord& record,
+                              const std::string& motions) {
+  for (const auto& [role, name] : {std::pair("library", "manifest.json"),
+                                   std::pair("frames", "frames.safetensors")}) {
+    SINEW_ASSIGN_OR_RETURN(const std::string bytes,
+                           ReadFile(JoinPath(motions, name)));
+    if (record.assets.at(role) == Sha256Hex(bytes)) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        motions,
+        ": expected the motion library that the procedure was started with, "
+        "found another one (changed: ",
+        role, "); put it back and give the same command again"));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace sinew::tools

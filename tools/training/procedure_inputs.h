@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "learner/procedure/procedure.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "tools/training/procedure_record.h"
 #include "tools/training/task_setup.h"
@@ -20,7 +21,8 @@ struct ProcedureInputs {
 };
 
 // `recipe` has its defaults filled; `setup` is that of its first stage. Pure.
-// INVALID_ARGUMENT: no clip of the library is trained on.
+// INVALID_ARGUMENT: no clip of the library is trained on, or
+// task.start.only_clips names one that is not.
 absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
                                                     const TaskSetup& setup);
 
@@ -29,6 +31,21 @@ absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
 absl::Status CheckSameInputs(const ProcedureRecord& found,
                              const ProcedureRecord& expected,
                              const std::string& run);
+
+// "stages/03_primitive_1_hard": folder of a stage, below the run's.
+std::string StageDirectory(const learner::Stage& stage, int index);
+
+// DATA_LOSS naming `source` and the stage unless every stage on record follows
+// from those before it. Pure.
+absl::Status CheckFollows(const ProcedureRecord& record,
+                          const v1::Procedure& procedure,
+                          const std::vector<std::string>& trained_on,
+                          const std::string& source);
+
+// FAILED_PRECONDITION if the library in the folder `motions` is not the one of
+// the record any more. Blocks on the disk.
+absl::Status CheckSameLibrary(const ProcedureRecord& record,
+                              const std::string& motions);
 
 }  // namespace sinew::tools
 

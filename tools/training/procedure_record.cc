@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "tools/training/run_folder.h"
 
 namespace sinew::tools {
 namespace {
@@ -17,30 +18,35 @@ using Json = nlohmann::ordered_json;
 constexpr int kVersion = 1;
 constexpr char kPlateau[] = "plateau";
 constexpr char kSamples[] = "samples";
+constexpr int kMostPrimitives = 16;
 
 Json FinishedJson(const learner::FinishedStage& finished) {
   return {{"end", finished.plateau ? kPlateau : kSamples},
           {"iterations", finished.iterations},
           {"samples", finished.samples},
           {"train_seconds", finished.train_seconds},
+          {"best_share", finished.best_share},
+          {"stalled", finished.stalled},
           {"failed", finished.failed}};
+}
+
+Json EvidenceJson(const learner::Evidence& evidence) {
+  return {{"clips", evidence.clips},
+          {"hard", evidence.hard},
+          {"hard_before", evidence.hard_before},
+          {"hard_won", evidence.hard_won},
+          {"forgotten", evidence.forgotten}};
 }
 
 Json EntryJson(const ProcedureRecord::Entry& entry) {
   const learner::Stage& stage = *entry.decision.next;
-  const learner::Evidence& evidence = entry.decision.evidence;
   Json json = {{"directory", entry.directory},
                {"kind", learner::KindName(stage.kind)},
                {"primitive", stage.primitive},
                {"from", stage.from},
                {"clips", stage.clips},
                {"primitives", stage.primitives},
-               {"evidence",
-                {{"clips", evidence.clips},
-                 {"hard", evidence.hard},
-                 {"hard_before", evidence.hard_before},
-                 {"hard_won", evidence.hard_won},
-                 {"forgotten", evidence.forgotten}}}};
+               {"evidence", EvidenceJson(entry.decision.evidence)}};
   if (entry.finished) json["finished"] = FinishedJson(*entry.finished);
   return json;
 }
@@ -58,6 +64,11 @@ absl::StatusOr<learner::Stage> StageOf(const Json& json) {
   }
   stage.kind = *known;
   stage.primitive = json.at("primitive").get<int>();
+  if (stage.primitive < 0 || stage.primitive > kMostPrimitives) {
+    return absl::DataLossError(absl::StrCat("stages.primitive: expected 0 to ",
+                                            kMostPrimitives, ", found ",
+                                            stage.primitive));
+  }
   stage.from = json.at("from").get<int>();
   stage.clips = json.at("clips").get<std::vector<std::string>>();
   stage.primitives = json.at("primitives").get<std::vector<int>>();
@@ -71,6 +82,8 @@ learner::FinishedStage FinishedOf(const Json& json, learner::Stage stage) {
   finished.iterations = json.at("iterations").get<int64_t>();
   finished.samples = json.at("samples").get<int64_t>();
   finished.train_seconds = json.at("train_seconds").get<double>();
+  finished.best_share = json.at("best_share").get<double>();
+  finished.stalled = json.at("stalled").get<int>();
   finished.failed = json.at("failed").get<std::vector<std::string>>();
   return finished;
 }
@@ -113,7 +126,9 @@ absl::StatusOr<ProcedureRecord> RecordOf(const Json& json) {
     record.stages.push_back(std::move(entry));
   }
   if (json.at("over").get<bool>()) {
-    record.end = decisions.at(stages.size()).get<std::string>();
+    record.end.emplace();
+    record.end->reason = decisions.at(stages.size()).get<std::string>();
+    record.end->evidence = EvidenceOf(json.at("end").at("evidence"));
   }
   return record;
 }
@@ -141,19 +156,22 @@ std::string PrintProcedure(const ProcedureRecord& record) {
     samples += entry.finished->samples;
     seconds += entry.finished->train_seconds;
   }
-  if (record.end) decisions.push_back(*record.end);
-  const Json json = {{"format_version", kVersion},
-                     {"recipe_sha256", record.recipe_sha256},
-                     {"assets", record.assets},
-                     {"clips",
-                      {{"library", record.library_clips},
-                       {"trained_on", record.trained_on_clips},
-                       {"left_out", record.left_out_clips}}},
-                     {"over", record.end.has_value()},
-                     {"samples", samples},
-                     {"train_seconds", seconds},
-                     {"decisions", decisions},
-                     {"stages", stages}};
+  if (record.end) decisions.push_back(record.end->reason);
+  Json json = {{"format_version", kVersion},
+               {"recipe_sha256", record.recipe_sha256},
+               {"assets", record.assets},
+               {"clips",
+                {{"library", record.library_clips},
+                 {"trained_on", record.trained_on_clips},
+                 {"left_out", record.left_out_clips}}},
+               {"over", record.end.has_value()},
+               {"samples", samples},
+               {"train_seconds", seconds},
+               {"decisions", decisions},
+               {"stages", stages}};
+  if (record.end) {
+    json["end"] = {{"evidence", EvidenceJson(record.end->evidence)}};
+  }
   return absl::StrCat(json.dump(2), "\n");
 }
 
@@ -178,14 +196,34 @@ absl::StatusOr<ProcedureRecord> ParseProcedure(const std::string& text,
   }
 }
 
-std::string FolderToShow(const std::string& run) {
+namespace {
+
+// The newest stage that `holds`, or else the newest.
+std::string FolderToShow(const std::string& run,
+                         bool (*holds)(const std::string& folder)) {
   const std::string file = JoinPath(run, "procedure.json");
   if (!FileExists(file)) return run;
   const auto text = ReadFile(file);
   if (!text.ok()) return run;
   const auto record = ParseProcedure(*text, file);
   if (!record.ok() || record->stages.empty()) return run;
+  for (auto it = record->stages.rbegin(); it != record->stages.rend(); ++it) {
+    std::string folder = JoinPath(run, it->directory);
+    if (holds(folder)) return folder;
+  }
   return JoinPath(run, record->stages.back().directory);
+}
+
+}  // namespace
+
+std::string FolderWithState(const std::string& run) {
+  return FolderToShow(run, RunFolder::HasState);
+}
+
+std::string FolderWithRows(const std::string& run) {
+  return FolderToShow(run, [](const std::string& folder) {
+    return FileSize(JoinPath(folder, "metrics.jsonl")).value_or(0) > 0;
+  });
 }
 
 }  // namespace sinew::tools

@@ -23,13 +23,15 @@ namespace sinew::tools {
 //   samples, train_seconds
 //                    of all finished stages
 //   decisions        a sentence for each stage, and one for the end
+//   end              of the last decision, if it ends the procedure: evidence
 //   stages           of each: directory (below the run), kind, primitive, from
 //                    (index of the stage whose weights it begins with, or -1),
 //                    clips (empty: all), primitives (of a composer: stages),
 //                    evidence {clips, hard, hard_before, hard_won, forgotten},
 //                    and, where it has ended, finished {end: "plateau" or
-//                    "samples", iterations, samples, train_seconds, failed:
-//                    clips trained on that its last weights fail}
+//                    "samples", iterations, samples, train_seconds,
+//                    best_share and stalled (of its plateau), failed: clips
+//                    trained on that its last weights fail}
 struct ProcedureRecord {
   struct Entry {
     std::string directory;
@@ -44,21 +46,24 @@ struct ProcedureRecord {
   int trained_on_clips = 0;
   std::vector<Entry> stages;
   // Why the procedure is over; unset: it is not.
-  std::optional<std::string> end;
+  std::optional<learner::Decision> end;
 
   // Those that have ended: all, or all but the last.
   std::vector<learner::FinishedStage> Finished() const;
 };
 
 // Both are pure. ParseProcedure: DATA_LOSS naming `source` and what is wrong
-// with it.
+// with it. What it reads is well formed; whether its stages follow from one
+// another is the caller's to check.
 std::string PrintProcedure(const ProcedureRecord& record);
 absl::StatusOr<ProcedureRecord> ParseProcedure(const std::string& text,
                                                const std::string& source);
 
-// Where the state and rows of a run are that is to be shown: the folder itself,
-// or that of the newest stage of a procedure. Looks at the disk.
-std::string FolderToShow(const std::string& run);
+// Where what is to be shown of a run is: in the folder itself or, of a
+// procedure, in that of the newest stage that has some, or else of the newest.
+// Look at the disk.
+std::string FolderWithState(const std::string& run);  // a training state
+std::string FolderWithRows(const std::string& run);   // rows of metrics.jsonl
 
 }  // namespace sinew::tools
 

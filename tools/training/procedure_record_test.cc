@@ -40,6 +40,8 @@ ProcedureRecord MakeRecord() {
                                           .iterations = 3,
                                           .samples = 192,
                                           .train_seconds = 1.5,
+                                          .best_share = 0.25,
+                                          .stalled = 3,
                                           .failed = {"run", "jump"}};
   ProcedureRecord::Entry& second = record.stages[1];
   second.directory = "stages/01_primitive_0_hard";
@@ -71,18 +73,29 @@ TEST(ProcedureRecord, IsReadBackAsItWasWritten) {
   EXPECT_EQ(found->stages[1].decision.reason, "goes on");
   EXPECT_EQ(found->end, std::nullopt);
   EXPECT_THAT(found->Finished(), SizeIs(1));
+  EXPECT_EQ(found->Finished()[0].best_share, 0.25);
+  EXPECT_EQ(found->Finished()[0].stalled, 3);
   EXPECT_EQ(found->Finished()[0].failed, record.stages[0].finished->failed);
 }
 
 TEST(ProcedureRecord, KeepsWhyItIsOver) {
   ProcedureRecord record = MakeRecord();
   record.stages.pop_back();
-  record.end = "nothing is left";
+  record.end = learner::Decision();
+  record.end->reason = "nothing is left";
+  record.end->evidence = {.clips = 4,
+                          .hard = {"run"},
+                          .hard_before = 2,
+                          .hard_won = 1,
+                          .forgotten = 0};
 
   const auto found = ParseProcedure(PrintProcedure(record), "file");
 
   ASSERT_THAT(found, IsOk());
-  EXPECT_EQ(found->end, "nothing is left");
+  ASSERT_TRUE(found->end.has_value());
+  EXPECT_EQ(found->end->reason, "nothing is left");
+  EXPECT_EQ(found->end->evidence, record.end->evidence);
+  EXPECT_EQ(found->end->next, std::nullopt);
 }
 
 TEST(ProcedureRecord, RefusesWhatIsNone) {
@@ -107,20 +120,53 @@ TEST(ProcedureRecord, RefusesWhatIsNone) {
       StatusIs(absl::StatusCode::kDataLoss, HasSubstr("expected 1, found 2")));
 }
 
-TEST(FolderToShow, IsThatOfTheNewestStage) {
+TEST(ProcedureRecord, RefusesPrimitivesThatThereCannotBe) {
+  for (const int primitive : {-1, 17, 2000000000}) {
+    ProcedureRecord record = MakeRecord();
+    record.stages[1].decision.next->primitive = primitive;
+
+    EXPECT_THAT(
+        ParseProcedure(PrintProcedure(record), "file"),
+        StatusIs(absl::StatusCode::kDataLoss,
+                 AllOf(HasSubstr("file: stages.primitive: expected 0 to 16"),
+                       HasSubstr(std::to_string(primitive)))));
+  }
+}
+
+TEST(FolderToShow, IsThatOfTheNewestStageThatHasWhatIsShown) {
   const std::string run = TestPath("run");
-  EXPECT_EQ(FolderToShow(run), run);
-
+  EXPECT_EQ(FolderWithState(run), run);
+  EXPECT_EQ(FolderWithRows(run), run);
   WriteTestFile("run/procedure.json", PrintProcedure(MakeRecord()));
+  const std::string first = JoinPath(run, "stages/00_primitive_0");
+  const std::string second = JoinPath(run, "stages/01_primitive_0_hard");
+  EXPECT_EQ(FolderWithState(run), second);
+  EXPECT_EQ(FolderWithRows(run), second);
 
-  EXPECT_EQ(FolderToShow(run), JoinPath(run, "stages/01_primitive_0_hard"));
+  // Between the two stages.
+  WriteTestFile("run/stages/00_primitive_0/metrics.jsonl", "{}\n");
+  WriteTestFile(
+      "run/stages/00_primitive_0/checkpoints/artifacts/state-00000003", "");
+  EXPECT_EQ(FolderWithState(run), first);
+  EXPECT_EQ(FolderWithRows(run), first);
+
+  // The second has a row, and no state yet.
+  WriteTestFile("run/stages/01_primitive_0_hard/metrics.jsonl", "{}\n");
+  EXPECT_EQ(FolderWithState(run), first);
+  EXPECT_EQ(FolderWithRows(run), second);
+
+  WriteTestFile(
+      "run/stages/01_primitive_0_hard/checkpoints/artifacts/state-00000001",
+      "");
+  EXPECT_EQ(FolderWithState(run), second);
 }
 
 TEST(FolderToShow, IsTheRunItselfIfItsRecordIsDamaged) {
   const std::string run = TestPath("run");
   WriteTestFile("run/procedure.json", "{");
 
-  EXPECT_EQ(FolderToShow(run), run);
+  EXPECT_EQ(FolderWithState(run), run);
+  EXPECT_EQ(FolderWithRows(run), run);
 }
 
 }  // namespace

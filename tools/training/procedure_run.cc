@@ -1,9 +1,9 @@
 #include "tools/training/procedure_run.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -11,7 +11,6 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "common/files.h"
 #include "common/logging.h"
 #include "common/replace_directory.h"
@@ -19,6 +18,7 @@
 #include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
 #include "tools/evaluation/evaluate_bundle.h"
+#include "tools/training/procedure_bounds.h"
 #include "tools/training/procedure_inputs.h"
 #include "tools/training/procedure_record.h"
 #include "tools/training/run_folder.h"
@@ -82,8 +82,6 @@ class ProcedureRun {
   // False: it is to go on with the next call.
   absl::StatusOr<bool> RunStage();
   TrainingRun::Options StageOptions(int stage) const;
-  // What is left of the procedure's minutes and iterations; false: nothing.
-  bool Bound(TrainingRun::Options& stage) const;
   absl::StatusOr<std::vector<std::string>> FailedClips(int stage) const;
   absl::Status End();
 
@@ -93,6 +91,7 @@ class ProcedureRun {
   const ProcedureInputs inputs_;
   const std::unique_ptr<RunFolder> folder_;
   ProcedureRecord record_;
+  std::string bound_;  // that is reached, in words; empty: none
 };
 
 absl::Status ProcedureRun::Load() {
@@ -100,10 +99,15 @@ absl::Status ProcedureRun::Load() {
   if (!FileExists(file)) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
   SINEW_ASSIGN_OR_RETURN(ProcedureRecord before, ParseProcedure(text, file));
+  // Of a procedure that trained nothing yet: this one begins instead.
+  if (before.Finished().empty() && !RunFolder::HasState(folder_->path())) {
+    return absl::OkStatus();
+  }
   SINEW_RETURN_IF_ERROR(CheckSameInputs(before, record_, folder_->path()));
   record_ = std::move(before);
   record_.end.reset();
-  return absl::OkStatus();
+  return CheckFollows(record_, options_.recipe.procedure(), inputs_.trained_on,
+                      file);
 }
 
 absl::Status ProcedureRun::Save() const {
@@ -119,7 +123,8 @@ absl::Status ProcedureRun::Run() {
     SINEW_RETURN_IF_ERROR(done.status());
     if (!*done) break;
   }
-  LogInfo("the procedure is not over; the same command goes on with it");
+  LogInfo("the procedure is not over; the same command goes on with it",
+          {{"reason", bound_.empty() ? "stopped" : bound_}});
   return absl::OkStatus();
 }
 
@@ -128,23 +133,13 @@ absl::StatusOr<bool> ProcedureRun::Decide() {
   learner::Decision decision = learner::NextStage(options_.recipe.procedure(),
                                                   inputs_.trained_on, finished);
   if (!decision.next) {
-    record_.end = decision.reason;
+    record_.end = std::move(decision);
     return false;
   }
   const size_t index = finished.size();
+  if (index < record_.stages.size()) return true;
   const std::string directory =
-      absl::StrFormat("stages/%02d_%s", index, StageName(*decision.next));
-  if (index < record_.stages.size()) {
-    const ProcedureRecord::Entry& known = record_.stages[index];
-    if (known.decision.next != decision.next || known.directory != directory ||
-        index + 1 != record_.stages.size()) {
-      return absl::DataLossError(absl::StrCat(
-          folder_->procedure(), ": expected stage ", index, " to be ",
-          directory, ", which follows from those before it, found ",
-          known.directory, " or another set of clips"));
-    }
-    return true;
-  }
+      StageDirectory(*decision.next, static_cast<int>(index));
   LogInfo("stage begins", {{"stage", directory}, {"reason", decision.reason}});
   record_.stages.push_back({.directory = directory,
                             .decision = std::move(decision),
@@ -170,6 +165,8 @@ TrainingRun::Options ProcedureRun::StageOptions(int stage) const {
   if (what.from >= 0) {
     options.init = StagePath(what.from, "bundle");
     options.init_critic = StagePath(what.from, "checkpoints");
+    options.init_critic_iteration =
+        record_.stages[what.from].finished->iterations;
   }
   for (const int primitive : what.primitives) {
     options.primitives.push_back(StagePath(primitive, "bundle"));
@@ -177,43 +174,29 @@ TrainingRun::Options ProcedureRun::StageOptions(int stage) const {
   return options;
 }
 
-bool ProcedureRun::Bound(TrainingRun::Options& stage) const {
-  double seconds = 0;
-  int64_t iterations = 0;
-  for (const learner::FinishedStage& finished : record_.Finished()) {
-    seconds += finished.train_seconds;
-    iterations += finished.iterations;
-  }
-  const double minutes =
-      options_.minutes > 0 ? options_.minutes : options_.recipe.max_minutes();
-  if (minutes > 0) {
-    stage.minutes = minutes - seconds / 60;
-    if (stage.minutes <= 0) return false;
-  }
-  const int64_t most = options_.iterations > 0
-                           ? options_.iterations
-                           : options_.recipe.max_iterations();
-  if (most > 0) {
-    if (iterations >= most) return false;
-    stage.iterations =
-        std::min(most - iterations, stage.recipe.max_iterations());
-  }
-  return true;
-}
-
 absl::StatusOr<bool> ProcedureRun::RunStage() {
   const int index = static_cast<int>(record_.stages.size()) - 1;
   TrainingRun::Options options = StageOptions(index);
-  if (!Bound(options)) return false;
+  ProcedureBounds bounds = BoundsAfter(options_, record_.Finished());
+  bound_ = bounds.Reached();
+  if (!bound_.empty()) return false;
+  bounds.Limit(options);
+  SINEW_RETURN_IF_ERROR(CheckSameLibrary(record_, options_.motions));
   SINEW_ASSIGN_OR_RETURN(const TrainingRun::Result result,
                          steps_.train(options));
-  if (!result.finished || stop_.stop_requested()) return false;
+  if (!result.finished || stop_.stop_requested()) {
+    bounds.Spend(result.train_seconds, result.iterations);
+    bound_ = bounds.Reached();
+    return false;
+  }
   learner::FinishedStage finished;
   finished.stage = *record_.stages[index].decision.next;
   finished.plateau = result.plateau;
   finished.iterations = result.iterations;
   finished.samples = result.samples;
   finished.train_seconds = result.train_seconds;
+  finished.best_share = result.best_share;
+  finished.stalled = result.stalled;
   SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(index));
   LogInfo("stage has ended", {{"stage", record_.stages[index].directory},
                               {"samples", finished.samples},
@@ -226,6 +209,7 @@ absl::StatusOr<bool> ProcedureRun::RunStage() {
 
 absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
     int stage) const {
+  SINEW_RETURN_IF_ERROR(CheckSameLibrary(record_, options_.motions));
   evaluation::EvaluationOptions options;
   options.starts = options_.recipe.evaluation().starts();
   options.seconds = options_.recipe.evaluation().seconds();
@@ -236,6 +220,12 @@ absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
                       StagePath(stage, kEvaluation), options));
   absl::flat_hash_set<std::string> won;
   for (const ClipSummary& clip : summary.clips) {
+    if (clip.clip < 0 || clip.clip >= std::ssize(inputs_.clips)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          options_.motions, ": expected the ", inputs_.clips.size(),
+          " clips that the procedure was started with, found clip ",
+          clip.clip));
+    }
     if (clip.success) won.insert(inputs_.clips[clip.clip]);
   }
   std::vector<std::string> failed = inputs_.trained_on;
@@ -251,8 +241,18 @@ absl::Status ProcedureRun::End() {
                          ReadFile(StagePath(result, kEvaluation)));
   SINEW_RETURN_IF_ERROR(
       WriteFileAtomically(JoinPath(folder_->path(), kEvaluation), evaluated));
-  LogInfo("the procedure has ended", {{"reason", *record_.end}});
+  LogInfo("the procedure has ended", {{"reason", record_.end->reason}});
   return Save();
+}
+
+// What it is about; the assets themselves are given up.
+absl::StatusOr<ProcedureInputs> ReadInputs(
+    const TrainingRun::Options& options) {
+  SINEW_ASSIGN_OR_RETURN(
+      const TaskSetup setup,
+      SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
+                options.character, options.motions));
+  return MakeProcedureInputs(options.recipe, setup);
 }
 
 }  // namespace
@@ -278,12 +278,7 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
 absl::Status RunProcedure(const TrainingRun::Options& options,
                           const ProcedureSteps& steps, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
-  SINEW_ASSIGN_OR_RETURN(
-      const TaskSetup setup,
-      SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
-                options.character, options.motions));
-  SINEW_ASSIGN_OR_RETURN(ProcedureInputs inputs,
-                         MakeProcedureInputs(options.recipe, setup));
+  SINEW_ASSIGN_OR_RETURN(ProcedureInputs inputs, ReadInputs(options));
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<RunFolder> folder,
                          RunFolder::Open(options.directory, options.recipe));
   ProcedureRun run(options, steps, stop, std::move(inputs), std::move(folder));

@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -81,8 +83,19 @@ class MadeUpSteps {
 
   ProcedureSteps Steps() {
     return {.train = [this](const auto& options) { return Train(options); },
-            .evaluate = [this](const auto& bundle, const auto&, const auto& out,
-                               const auto&) { return Evaluate(bundle, out); }};
+            .evaluate =
+                [this](const auto& bundle, const auto& motions, const auto& out,
+                       const auto& options) {
+                  EXPECT_TRUE(FileExists(JoinPath(motions, "manifest.json")));
+                  EXPECT_EQ(options.starts, 1);
+                  EXPECT_EQ(options.seconds, 0.5);
+                  return Evaluate(bundle, out);
+                }};
+  }
+  // The stage ends at its plateau, after three iterations.
+  void SetPlateauStage(const std::string& name) { plateau_stage_ = name; }
+  void SetAfterTrain(std::function<void()> call) {
+    after_train_ = std::move(call);
   }
   StopToken token() const { return stop_.get_token(); }
   const std::vector<TrainingRun::Options>& trained() const { return trained_; }
@@ -112,19 +125,40 @@ class MadeUpSteps {
                             absl::StrCat(NameOf(options.directory), "(",
                                          absl::StrJoin(sources, " "), ")")),
         IsOk());
+    // Not what counts.
+    const std::string best = JoinPath(options.directory, "bundle_best");
+    EXPECT_THAT(MakeDirectories(best), IsOk());
+    EXPECT_THAT(WriteFileAtomically(JoinPath(best, "weights"), "best"), IsOk());
+    const std::string states =
+        JoinPath(options.directory, "checkpoints/artifacts");
+    EXPECT_THAT(MakeDirectories(states), IsOk());
+    EXPECT_THAT(WriteFileAtomically(JoinPath(states, "state-00000001"), ""),
+                IsOk());
     const int64_t last = options.recipe.max_iterations();
     result.iterations = options.iterations > 0 ? options.iterations : last;
+    if (NameOf(options.directory) == plateau_stage_) {
+      result.iterations = 3;
+      result.plateau = true;
+      result.best_share = 0.5;
+      result.stalled = 2;
+    }
     result.samples = 64 * result.iterations;
     result.train_seconds = 60;
-    result.finished = result.iterations >= last;
+    result.finished = result.plateau || result.iterations >= last;
+    if (after_train_) after_train_();
     return result;
   }
 
   absl::StatusOr<EvaluationSummary> Evaluate(const std::string& bundle,
                                              const std::string& out) {
     if (!Spend()) return absl::CancelledError("stopped");
-    const std::string stage =
-        NameOf(std::filesystem::path(bundle).parent_path().string());
+    // What weights are evaluated says what they win, not where they lie.
+    const std::string weights =
+        ReadFile(JoinPath(bundle, "weights")).value_or("");
+    const std::string stage = weights.substr(0, weights.find('('));
+    if (!kWon.contains(stage)) {
+      return absl::NotFoundError(absl::StrCat(bundle, ": no weights of a run"));
+    }
     EvaluationSummary summary;
     for (int clip = 0; clip < 3; ++clip) {
       summary.clips.emplace_back();
@@ -136,6 +170,8 @@ class MadeUpSteps {
   }
 
   int calls_;
+  std::string plateau_stage_;
+  std::function<void()> after_train_;
   StopSource stop_;
   std::vector<TrainingRun::Options> trained_;
 };
@@ -156,6 +192,12 @@ class ProcedureRunTest : public ::testing::Test {
   }
   absl::Status Run(MadeUpSteps& steps) const {
     return RunProcedure(options_, steps.Steps(), steps.token());
+  }
+  void LeaveOutTumble() const {
+    const std::string file = JoinPath(toy_.library_folder, "manifest.json");
+    auto manifest = nlohmann::json::parse(ReadFile(file).value_or(""));
+    manifest["clips"][2]["left_out"] = true;
+    EXPECT_THAT(WriteFileAtomically(file, manifest.dump()), IsOk());
   }
   std::string File(const std::string& name) const {
     return ReadFile(JoinPath(options_.directory, name)).value_or("");
@@ -182,7 +224,9 @@ TEST_F(ProcedureRunTest, GoesThroughAllStagesToTheBundleOfTheComposer) {
   EXPECT_THAT(record.stages[2].decision.next->clips, ElementsAre("tumble"));
   EXPECT_THAT(record.stages[3].decision.reason,
               HasSubstr("what is left cannot be learned"));
-  EXPECT_THAT(record.end.value_or(""), HasSubstr("composer, which fails 1"));
+  ASSERT_TRUE(record.end.has_value());
+  EXPECT_THAT(record.end->reason, HasSubstr("composer, which fails 1"));
+  EXPECT_THAT(record.end->evidence.hard, ElementsAre("tumble"));
   EXPECT_EQ(record.trained_on_clips, 3);
 }
 
@@ -203,10 +247,31 @@ TEST_F(ProcedureRunTest, GivesEachStageItsRecipeAndItsFolder) {
               ElementsAre("sway", "tumble"));
   EXPECT_NE(hard.recipe.seed(), full.recipe.seed());
   EXPECT_EQ(hard.init_critic, JoinPath(full.directory, "checkpoints"));
+  EXPECT_EQ(hard.init_critic_iteration, 10);
   for (const TrainingRun::Options& stage : steps.trained()) {
     EXPECT_FALSE(stage.recipe.has_procedure());
     EXPECT_THAT(ValidateRecipe(stage.recipe), IsOk());
   }
+}
+
+TEST_F(ProcedureRunTest, GoesOnFromAStageThatEndedAtItsPlateau) {
+  MadeUpSteps steps;
+  steps.SetPlateauStage("00_primitive_0");
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  const ProcedureRecord record = Record();
+  ASSERT_THAT(record.Finished(), SizeIs(5));
+  const learner::FinishedStage first = record.Finished()[0];
+  EXPECT_TRUE(first.plateau);
+  EXPECT_EQ(first.iterations, 3);
+  EXPECT_EQ(first.best_share, 0.5);
+  EXPECT_EQ(first.stalled, 2);
+  EXPECT_FALSE(record.Finished()[1].plateau);
+  EXPECT_THAT(record.stages[1].decision.reason,
+              HasSubstr("primitive_0 ended at its plateau after 192 samples"));
+  EXPECT_EQ(steps.trained()[1].init_critic_iteration, 3);
+  EXPECT_EQ(File("bundle/weights"), kComposed);
 }
 
 TEST_F(ProcedureRunTest, BeginsWithTheWeightsOfABundleIfAsked) {
@@ -315,13 +380,55 @@ TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
                                          HasSubstr("320 -> 6400"))));
 }
 
+TEST_F(ProcedureRunTest, RefusesALibraryThatChangesWhileItRuns) {
+  MadeUpSteps steps;
+  steps.SetAfterTrain([this] { LeaveOutTumble(); });
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                   AllOf(HasSubstr(toy_.library_folder),
+                                         HasSubstr("changed: library)"))));
+
+  EXPECT_THAT(steps.trained(), SizeIs(1));
+  EXPECT_THAT(Record().Finished(), IsEmpty());
+}
+
+TEST_F(ProcedureRunTest, RefusesResultsOfClipsThatItDoesNotKnow) {
+  MadeUpSteps steps;
+  ProcedureSteps more = steps.Steps();
+  more.evaluate = [](const auto&, const auto&, const auto&, const auto&) {
+    EvaluationSummary summary;
+    summary.clips.resize(1);
+    summary.clips[0].clip = 3;
+    return absl::StatusOr<EvaluationSummary>(summary);
+  };
+
+  EXPECT_THAT(
+      RunProcedure(options_, more, steps.token()),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               AllOf(HasSubstr("the 3 clips"), HasSubstr("found clip 3"))));
+}
+
+TEST_F(ProcedureRunTest, TakesACorrectedRecipeIfNothingWasTrained) {
+  MadeUpSteps none(0), steps;
+  options_.recipe.mutable_task()->mutable_start()->add_only_clips("swai");
+  EXPECT_THAT(Run(none),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("only_clips"), HasSubstr("\"sway\""))));
+  options_.recipe.mutable_task()->mutable_start()->clear_only_clips();
+  options_.recipe.mutable_procedure()->set_full_samples(6400);
+  ASSERT_THAT(Run(none), IsOk());  // stopped before its first state
+  ASSERT_THAT(Record().stages, SizeIs(1));
+  options_.recipe.mutable_procedure()->set_full_samples(640);
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
 TEST_F(ProcedureRunTest, RefusesAnotherLibrary) {
   MadeUpSteps steps(2);
   ASSERT_THAT(Run(steps), IsOk());
-  const std::string file = JoinPath(toy_.library_folder, "manifest.json");
-  auto manifest = nlohmann::json::parse(ReadFile(file).value_or(""));
-  manifest["clips"][2]["left_out"] = true;
-  ASSERT_THAT(WriteFileAtomically(file, manifest.dump()), IsOk());
+  LeaveOutTumble();
 
   EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
                                    AllOf(HasSubstr(options_.directory),
@@ -346,7 +453,6 @@ TEST_F(ProcedureRunTest, RefusesARecordThatDoesNotFollow) {
                           PrintProcedure(record)),
       IsOk());
 
-  EXPECT_THAT(Run(steps), IsOk());  // already stopped
   MadeUpSteps fresh;
   EXPECT_THAT(Run(fresh), StatusIs(absl::StatusCode::kDataLoss,
                                    HasSubstr("01_primitive_0_hard")));

@@ -20,7 +20,7 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<DirectoryLock> lock,
                          DirectoryLock::Acquire(path));
   std::unique_ptr<RunFolder> folder(new RunFolder(path, std::move(lock)));
-  if (folder->HasState()) {
+  if (HasState(path)) {
     SINEW_RETURN_IF_ERROR(folder->CheckSameRecipe(recipe));
   }
   SINEW_RETURN_IF_ERROR(
@@ -28,13 +28,21 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
   return folder;
 }
 
-bool RunFolder::HasState() const {
-  if (FileExists(procedure())) return true;
-  const auto names = ListDirectory(JoinPath(checkpoints(), "artifacts"));
-  return names.ok() &&
-         std::any_of(names->begin(), names->end(), [](const std::string& name) {
-           return absl::StartsWith(name, "state-");
-         });
+bool RunFolder::HasState(const std::string& path) {
+  const auto names = ListDirectory(JoinPath(CheckpointsOf(path), "artifacts"));
+  if (names.ok() &&
+      std::any_of(names->begin(), names->end(), [](const std::string& name) {
+        return absl::StartsWith(name, "state-");
+      })) {
+    return true;
+  }
+  const std::string stages = JoinPath(path, "stages");
+  const auto folders = ListDirectory(stages);
+  return folders.ok() &&
+         std::any_of(folders->begin(), folders->end(),
+                     [&](const std::string& folder) {
+                       return HasState(JoinPath(stages, folder));
+                     });
 }
 
 absl::Status RunFolder::CheckSameRecipe(const v1::Recipe& recipe) const {

@@ -35,6 +35,10 @@ class RunFolder {
   static absl::StatusOr<std::unique_ptr<RunFolder>> Open(
       const std::string& path, const v1::Recipe& recipe);
 
+  // Whether a training state lies in the folder of a run at `path`, or in a
+  // stage of a procedure there.
+  static bool HasState(const std::string& path);
+
   // checkpoints() of the folder at `path`, there or not.
   static std::string CheckpointsOf(const std::string& path) {
     return JoinPath(path, "checkpoints");
@@ -53,7 +57,6 @@ class RunFolder {
  private:
   RunFolder(std::string path, std::unique_ptr<DirectoryLock> lock)
       : path_(std::move(path)), lock_(std::move(lock)) {}
-  bool HasState() const;
   absl::Status CheckSameRecipe(const v1::Recipe& recipe) const;
 
   const std::string path_;

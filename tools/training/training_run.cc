@@ -60,6 +60,8 @@ TrainingRun::Result TrainingRun::result() const {
   result.samples = trainer_->samples();
   result.train_seconds = figures_.seconds.train;
   result.plateau = trainer_->plateau_reached();
+  result.best_share = trainer_->plateau().best_share();
+  result.stalled = trainer_->plateau().stalled();
   result.finished =
       result.plateau || (last > 0 && trainer_->iteration() >= last);
   return result;

@@ -77,8 +77,10 @@ class TrainingRun {
     // Bundle whose weights a run without states begins with; empty: none.
     std::string init = {};
     // Folder checkpoints/ of the run that `init` is of, whose newest value
-    // network comes with it; empty: it starts untrained.
+    // network comes with it; empty: it starts untrained. DATA_LOSS unless that
+    // state is of init_critic_iteration, as the bundle is.
     std::string init_critic = {};
+    int64_t init_critic_iteration = 0;
     // Bundles that the recipe's composer weighs, if a run without states has
     // one.
     std::vector<std::string> primitives = {};
@@ -100,6 +102,9 @@ class TrainingRun {
     // whatever Options::minutes and iterations say.
     bool finished = false;
     bool plateau = false;
+    // PlateauState; 0 where the recipe has no plateau.
+    double best_share = 0;
+    int stalled = 0;
   };
 
   static absl::StatusOr<std::unique_ptr<TrainingRun>> Open(

@@ -203,8 +203,9 @@ absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
     InitialPolicy policy = {.init = options_.init,
                             .primitives = options_.primitives};
     if (!options_.init_critic.empty()) {
-      SINEW_ASSIGN_OR_RETURN(policy.critic,
-                             ReadCritic(options_.init_critic, clock_));
+      SINEW_ASSIGN_OR_RETURN(
+          policy.critic, ReadCritic(options_.init_critic,
+                                    options_.init_critic_iteration, clock_));
     }
     SINEW_RETURN_IF_ERROR(BeginWith(policy, options_.recipe, setup, *learner));
   }
