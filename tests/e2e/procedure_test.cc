@@ -30,7 +30,7 @@ const std::vector<std::string> kStages = {
     "stages/04_recovery",    "stages/05_composer"};
 
 // Iterations of 64 samples.
-constexpr int kFull = 4, kOthers = 2;
+constexpr int kFull = 4, kOthers = 2, kLong = 8;
 
 TrainingRig::Arguments Train(const TrainingRig& rig, const std::string& run,
                              int iterations = 0) {
@@ -78,8 +78,18 @@ TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
   // Between two stages, then within one.
   rig.MustRun("first", Train(rig, "cut", kFull));
   EXPECT_FALSE(FileExists(rig.Path("cut/bundle")));
+  EXPECT_THAT(rig.Output("first"), HasSubstr("give more --iterations"));
   rig.MustRun("second", Train(rig, "cut", kFull + kOthers + 1));
-  for (const std::string& stage : {kStages[3], kStages[5]}) {
+  rig.MustRun("last", Train(rig, "cut"));
+
+  EXPECT_EQ(Fingerprints(rig, "cut"), expected);
+}
+
+TEST(ProcedureTest, EndsWithTheSameBitsIfItIsKilledInEveryStage) {
+  const TrainingRig rig;
+  rig.MustRun("straight", Train(rig, "straight"));
+
+  for (const std::string& stage : kStages) {
     const std::string name = absl::StrCat("killed_in_", stage.substr(7, 2));
     const auto process = rig.Start(name, Train(rig, "cut"));
     rig.AwaitRows(*process, JoinPath("cut", stage), 1);
@@ -88,12 +98,32 @@ TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
   }
   rig.MustRun("last", Train(rig, "cut"));
 
-  EXPECT_EQ(Fingerprints(rig, "cut"), expected);
+  EXPECT_EQ(Fingerprints(rig, "cut"), Fingerprints(rig, "straight"));
 }
 
-TEST(ProcedureTest, ShowsTheCurriculumOfItsNewestStage) {
+TEST(ProcedureTest, EndsAStageAtItsPlateau) {
   const TrainingRig rig;
-  rig.MustRun("run", Train(rig, "run", kFull + 1));
+  TrainingRig::Arguments train = Train(rig, "run", kLong);
+  for (const std::string& assignment :
+       {absl::StrCat("procedure.full_samples=", 64 * kLong),
+        std::string("plateau.evaluations=1"), std::string("plateau.gain=1"),
+        std::string("evaluation.interval=1")}) {
+    train.insert(train.end(), {"--set", assignment});
+  }
+
+  rig.MustRun("run", train);
+
+  const auto record = ReadFile(rig.Path("run/procedure.json"));
+  ASSERT_THAT(record, IsOk());
+  EXPECT_THAT(*record, AllOf(HasSubstr("primitive_0 ended at its plateau"),
+                             HasSubstr("\"end\": \"plateau\""),
+                             HasSubstr("\"stalled\": 1")));
+}
+
+TEST(ProcedureTest, ShowsTheCurriculumOfItsNewestStageWithAState) {
+  const TrainingRig rig;
+  // The next stage is decided, and has nothing to show.
+  rig.MustRun("run", Train(rig, "run", kFull));
 
   rig.MustRun("curriculum", {"curriculum", rig.Path("run")});
 

@@ -22,8 +22,9 @@ struct CurriculumOptions {
 absl::Status RunCurriculumCommand(const CurriculumOptions& options,
                                   const StopToken&) {
   const SystemClock clock;
-  SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
-                         ReadRunCurriculum(FolderWithState(options.run), clock));
+  SINEW_ASSIGN_OR_RETURN(
+      const RunCurriculum curriculum,
+      ReadRunCurriculum(FolderWithState(options.run), clock));
   for (const std::string& warning : curriculum.warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
@@ -43,8 +44,9 @@ void AddCurriculumCommand(CLI::App& app, Action& action) {
       app, "curriculum", "where the episodes of a run start", options, action,
       RunCurriculumCommand);
   command
-      ->add_option("run", options->run,
-                   "run directory; of a procedure: its newest stage with a state")
+      ->add_option(
+          "run", options->run,
+          "run directory; of a procedure: its newest stage with a state")
       ->required();
   command
       ->add_option("--hardest", options->hardest,
