@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/types.h>
 
 #include <csignal>
 #include <string>
@@ -99,6 +100,25 @@ TEST(ProcedureTest, EndsWithTheSameBitsIfItIsKilledInEveryStage) {
   rig.MustRun("last", Train(rig, "cut"));
 
   EXPECT_EQ(Fingerprints(rig, "cut"), Fingerprints(rig, "straight"));
+}
+
+TEST(ProcedureTest, EndsWithTheSameBitsIfAnActorIsKilled) {
+  const TrainingRig rig;
+  // The first stage alone, and some of the next.
+  const int iterations = kFull + 1;
+  rig.MustRun("straight", Train(rig, "straight", iterations));
+
+  const auto process = rig.Start("cut", Train(rig, "cut", iterations));
+  rig.AwaitRows(*process, JoinPath("cut", kStages[0]), 1);
+  for (const pid_t actor : ChildrenOf(process->pid())) kill(actor, SIGKILL);
+  const auto end = process->Wait(absl::Minutes(1));
+
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("cut");
+  for (const std::string& stage : {kStages[0], kStages[1]}) {
+    const std::string states = JoinPath(stage, "checkpoints");
+    EXPECT_EQ(Fingerprint(LatestState(JoinPath(rig.Path("cut"), states))),
+              Fingerprint(LatestState(JoinPath(rig.Path("straight"), states))));
+  }
 }
 
 TEST(ProcedureTest, EndsAStageAtItsPlateau) {
