@@ -201,6 +201,12 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
   std::erase_if(state.tensors, [](const auto& tensor) {
     return !absl::StartsWith(tensor.first, "critic/");
   });
+  if (state.tensors.empty()) {
+    return absl::DataLossError(
+        absl::StrCat(checkpoints, ": training state of iteration ",
+                     state.counters.iteration(),
+                     ": expected tensors critic/..., found none"));
+  }
   return std::move(state.tensors);
 }
 

@@ -25,7 +25,7 @@ struct InitialPolicy {
 
 // The value network's weights of the newest training state in a run's folder
 // checkpoints/; bundles have none. Blocks on the disk. Errors: those of
-// LoadLatestState.
+// LoadLatestState; DATA_LOSS: that state has none.
 absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
                                      const Clock& clock);
 
