@@ -164,6 +164,8 @@ absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
                          bundle::ReadBundle(directory));
   SINEW_RETURN_IF_ERROR(In(directory, CheckCharacter(bundle.manifest, setup)));
   SINEW_RETURN_IF_ERROR(In(directory, CheckObservation(bundle, recipe, setup)));
+  SINEW_RETURN_IF_ERROR(
+      In(directory, SameNetwork(learner.graph(), bundle.graph)));
   TensorMap weights = bundle.weights;
   weights.insert(policy.critic.begin(), policy.critic.end());
   SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(weights)));
