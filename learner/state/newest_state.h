@@ -43,6 +43,7 @@ absl::StatusOr<State> LoadNewestState(
     std::vector<std::string>* warnings) {
   SINEW_ASSIGN_OR_RETURN(const v1::ListArtifactsResponse list,
                          store.ListArtifacts(kStateKind));
+  const size_t before = warnings->size();
   for (const std::string& damaged : list.damaged()) {
     warnings->push_back(
         absl::StrCat("passed over a damaged record: ", damaged));
@@ -56,7 +57,8 @@ absl::StatusOr<State> LoadNewestState(
     warnings->push_back(absl::StrCat("passed over ", artifact.id(), ": ",
                                      state.status().message()));
   }
-  if (warnings->empty()) return absl::NotFoundError("no training state");
+  if (warnings->size() == before)
+    return absl::NotFoundError("no training state");
   return absl::DataLossError(absl::StrCat(
       "expected a whole training state, found only damaged ones, the newest: ",
       warnings->back()));

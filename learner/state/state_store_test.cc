@@ -166,6 +166,13 @@ TEST_F(StateStore, SaysWhenThereIsNone) {
   EXPECT_THAT(warnings_, IsEmpty());
 }
 
+TEST_F(StateStore, DoesNotTakeEarlierWarningsForDamagedStates) {
+  warnings_ = {"of another store"};
+
+  EXPECT_THAT(LoadedIteration(), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(warnings_, ElementsAre("of another store"));
+}
+
 TEST_F(StateStore, DoesNotTakeDamagedStatesForNone) {
   ASSERT_THAT(SaveState(store_, MakeState(1), 3), IsOk());
   store_.Damage(TensorsDigest(MakeState(1)));

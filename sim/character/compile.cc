@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/character/mujoco_messages.h"
 #include "sim/character/scenery.h"
@@ -113,17 +114,32 @@ mjsGeom* FindOrAddFloor(mjSpec* spec) {
   return floor;
 }
 
+// Why this element cannot be a contactless geom; empty: it can.
+absl::string_view WhyNotContactless(mjSpec* spec, mjsElement* element) {
+  if (element == nullptr) return "it does not have";
+  const mjsGeom* geom = mjs_asGeom(element);
+  if (geom->contype == 0 && geom->conaffinity == 0) {
+    return "touches nothing as it is";
+  }
+  const bool of_world = mjs_getParent(element) == mjs_findBody(spec, "world");
+  return of_world ? "is the world's, not the body's" : "";
+}
+
 absl::Status DropContacts(const std::string& path,
                           const v1::Character& character, mjSpec* spec) {
+  std::set<absl::string_view> seen;
   for (const std::string& name : character.contactless_geoms()) {
-    mjsGeom* geom = mjs_asGeom(mjs_findElement(spec, mjOBJ_GEOM, name.c_str()));
-    if (geom == nullptr || (geom->contype == 0 && geom->conaffinity == 0)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "character \"", character.name(),
-          "\": contactless_geoms: expected a colliding geom of ", path,
-          ", found \"", name, "\", which ",
-          geom == nullptr ? "it does not have" : "touches nothing as it is"));
+    mjsElement* element = mjs_findElement(spec, mjOBJ_GEOM, name.c_str());
+    const absl::string_view why = seen.insert(name).second
+                                      ? WhyNotContactless(spec, element)
+                                      : "is listed twice";
+    if (!why.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("character \"", character.name(),
+                       "\": contactless_geoms: expected a colliding geom of ",
+                       path, ", found \"", name, "\", which ", why));
     }
+    mjsGeom* geom = mjs_asGeom(element);
     geom->contype = 0;
     geom->conaffinity = 0;
   }

@@ -22,10 +22,9 @@ enum class Purpose { kPhysics, kPictures };
 //   - the hinges of `character` get its damping (MuJoCo's Euler integrator
 //     treats it implicitly) and, where set, its armature;
 //   - its contactless_geoms touch nothing;
-//   - other geoms of the body touch geoms of the world only; with
-//   self_collision
-//     also each other, without friction, except parent and child and the pairs
-//     of bodies that overlap at rest or in the default pose;
+//   - other geoms of the body touch geoms of the world only; under
+//     self_collision also each other, without friction, except parent and child
+//     and the pairs of bodies that overlap at rest or in the default pose;
 //   - the first plane of the world is the floor; without one, a plane "floor"
 //     at z = 0 is added. The floor's friction and contact dimension (3) count
 //     for both geoms of a contact;
@@ -35,8 +34,9 @@ enum class Purpose { kPhysics, kPictures };
 //
 // Thread-safety: any thread. Blocking: reads the MJCF and its meshes. Errors:
 // INVALID_ARGUMENT naming `path` and MuJoCo's message, the joint that is not a
-// hinge of the model, the contactless geom that it lacks or that touches
-// nothing as it is, or the physics field that is out of range.
+// hinge of the model, the contactless geom that it lacks, that touches
+// nothing as it is, is the world's or listed twice, or the physics field that
+// is out of range.
 absl::StatusOr<ModelPtr> CompileModel(const std::string& path,
                                       const v1::Character& character,
                                       const v1::Physics& physics,

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -167,21 +169,46 @@ TEST(CompileModel, LetsContactlessGeomsTouchNothing) {
   for (int i = 0; i < data->ncon; ++i) {
     EXPECT_NE(data->contact[i].geom[1], Geom(*model, "trunk"));
   }
-  EXPECT_GT(model->body_mass[1], 0);  // it weighs what it did
 }
 
-TEST(CompileModel, RefusesContactlessGeomsThatTouchNothingOrAreNotThere) {
-  for (const char* name : {"badge", "tail"}) {
+TEST(CompileModel, LetsContactlessGeomsWeighWhatTheyDo) {
+  v1::Character character = MakeCharacter();
+  character.add_contactless_geoms("trunk");
+  character.add_contactless_geoms("shin");
+  const ModelPtr with = CompileOrFail(v1::Physics());
+  const ModelPtr without =
+      CompileOrFail(v1::Physics(), Purpose::kPhysics, character);
+
+  ASSERT_EQ(without->nbody, with->nbody);
+  EXPECT_GT(with->body_mass[1], 0);
+  for (int body = 0; body < with->nbody; ++body) {
+    EXPECT_NEAR(without->body_mass[body], with->body_mass[body], 1e-9) << body;
+    for (int i = 3 * body; i < 3 * body + 3; ++i) {
+      EXPECT_NEAR(without->body_inertia[i], with->body_inertia[i], 1e-9)
+          << body;
+    }
+  }
+}
+
+TEST(CompileModel, RefusesContactlessGeomsThatDoNotFit) {
+  const std::pair<std::vector<const char*>, const char*> kCases[] = {
+      {{"tail"}, "it does not have"},
+      {{"badge"}, "touches nothing as it is"},
+      {{"ground"}, "is the world's, not the body's"},
+      {{"wall"}, "is the world's, not the body's"},
+      {{"trunk", "shin", "trunk"}, "is listed twice"}};
+  for (const auto& [names, why] : kCases) {
     v1::Character character = MakeCharacter();
-    character.add_contactless_geoms(name);
+    for (const char* name : names) character.add_contactless_geoms(name);
     const std::string path = JoinPath(::testing::TempDir(), "refused.xml");
     ASSERT_THAT(WriteFileAtomically(path, kModel), IsOk());
 
-    EXPECT_THAT(CompileModel(path, character, v1::Physics(), Purpose::kPhysics),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr(absl::StrCat(
-                             "contactless_geoms: expected a colliding geom of ",
-                             path, ", found \"", name, "\""))));
+    EXPECT_THAT(
+        CompileModel(path, character, v1::Physics(), Purpose::kPhysics),
+        StatusIs(absl::StatusCode::kInvalidArgument,
+                 HasSubstr(absl::StrCat(
+                     "contactless_geoms: expected a colliding geom of ", path,
+                     ", found \"", names.back(), "\", which ", why))));
   }
 }
 

@@ -25,6 +25,8 @@ constexpr double kLargestAction = 0.5;
 constexpr double kFreeRange = 1.5;
 // Simulations that diverge are begun anew, so often.
 constexpr uint64_t kAttempts = 20;
+// More than a recipe can have (fallen_states is an int32).
+constexpr uint64_t kFirstOfEvaluation = uint64_t{1} << 32;
 
 // Drops one body after the other.
 class Dropper {
@@ -151,6 +153,19 @@ absl::Status CheckPositions(absl::Span<const double> qpos, int width,
 absl::StatusOr<FallenStates> FallenStates::Make(
     const character::Character& character, const v1::Recipe& recipe, int count,
     uint64_t seed) {
+  return MakeFrom(character, recipe, count, seed, /*first_environment=*/0);
+}
+
+absl::StatusOr<FallenStates> FallenStates::MakeForEvaluation(
+    const character::Character& character, const v1::Recipe& recipe,
+    int count) {
+  return MakeFrom(character, recipe, count, kEvaluationSeed,
+                  kFirstOfEvaluation);
+}
+
+absl::StatusOr<FallenStates> FallenStates::MakeFrom(
+    const character::Character& character, const v1::Recipe& recipe, int count,
+    uint64_t seed, uint64_t first_environment) {
   if (count < 1) {
     return Error("character " + character.name(), "count", ">= 1",
                  absl::StrCat(count));
@@ -162,7 +177,7 @@ absl::StatusOr<FallenStates> FallenStates::Make(
   Dropper dropper(character, recipe.physics());
   for (int i = 0; i < count; ++i) {
     RandomKey key{.seed = seed,
-                  .environment = static_cast<uint64_t>(i),
+                  .environment = first_environment + static_cast<uint64_t>(i),
                   .purpose = RandomPurpose::kFallenState};
     while (!dropper.Drop(key)) {
       if (++key.episode < kAttempts) continue;

@@ -34,10 +34,19 @@ class FallenStates {
  public:
   static constexpr double kDropSeconds = 2.5;
 
+  static constexpr uint64_t kEvaluationSeed = 20240501;
+
   // Deterministic in its arguments; of the recipe, physics counts. count >= 1.
   static absl::StatusOr<FallenStates> Make(
       const character::Character& character, const v1::Recipe& recipe,
       int count, uint64_t seed);
+
+  // The same from kEvaluationSeed, for measuring: random numbers are of a
+  // stream of their own, so that no recipe trains on them, whatever its
+  // fallen_seed.
+  static absl::StatusOr<FallenStates> MakeForEvaluation(
+      const character::Character& character, const v1::Recipe& recipe,
+      int count);
 
   // Those that a recipe (defaults filled) starts from; null where it starts
   // from none.
@@ -60,6 +69,11 @@ class FallenStates {
   }
 
  private:
+  // State i draws from environment first_environment + i.
+  static absl::StatusOr<FallenStates> MakeFrom(
+      const character::Character& character, const v1::Recipe& recipe,
+      int count, uint64_t seed, uint64_t first_environment);
+
   FallenStates(int width, std::string character_sha256)
       : width_(width), character_sha256_(std::move(character_sha256)) {}
 

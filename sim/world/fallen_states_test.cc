@@ -92,6 +92,23 @@ TEST_F(FallenStatesTest, AreTheSameForTheSameSeedAndEachDependsOnItsIndexOnly) {
               ::testing::Not(ElementsAreArray(four.qpos(0))));
 }
 
+TEST_F(FallenStatesTest, OfEvaluationsAreThoseOfNoRecipe) {
+  const auto evaluation =
+      FallenStates::MakeForEvaluation(*toy_.character, toy_.recipe, 2);
+  ASSERT_TRUE(evaluation.ok()) << evaluation.status();
+  const auto again =
+      FallenStates::MakeForEvaluation(*toy_.character, toy_.recipe, 1);
+  ASSERT_TRUE(again.ok()) << again.status();
+
+  EXPECT_THAT(again->qpos(0), ElementsAreArray(evaluation->qpos(0)));
+  // Nor of one with this very seed.
+  const FallenStates trained_on = Make(2, FallenStates::kEvaluationSeed);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_THAT(evaluation->qpos(i),
+                ::testing::Not(ElementsAreArray(trained_on.qpos(i))));
+  }
+}
+
 TEST_F(FallenStatesTest, SurviveWritingAndReading) {
   const FallenStates states = Make(3, 1);
   const auto read =

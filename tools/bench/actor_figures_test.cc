@@ -55,6 +55,17 @@ TEST(ActorFigures, AreMeasuredOnARecipeThatStartsFromTheFloor) {
   EXPECT_GT(figures->rollout_steps_per_s, 0);
 }
 
+TEST(ActorFigures, AreMeasuredOnAComposer) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_network()->mutable_composer()->set_primitives(2);
+
+  const auto figures = MeasureToy(recipe);
+
+  ASSERT_THAT(figures, IsOk());
+  EXPECT_GT(figures->rollout_steps_per_s, 0);
+  EXPECT_GT(figures->products_us, 0);
+}
+
 TEST(ActorFigures, RefusePhysicsThatThePlainLoopDoesNotKnow) {
   v1::Recipe drives = world::testing::ToyRecipe();
   drives.mutable_task()->mutable_actuator_model()->add_drives();

@@ -24,8 +24,8 @@ absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
       character::Character::Load(read.character_file(), recipe.physics()));
   std::unique_ptr<const world::FallenStates> fallen;
   if (fallen_starts > 0) {
-    SINEW_ASSIGN_OR_RETURN(fallen,
-                           MakeFallenStates(recipe, *character, fallen_starts));
+    SINEW_ASSIGN_OR_RETURN(
+        fallen, MakeFallenStates(read.character_file(), fallen_starts));
   }
   auto subject = MakeSubject(recipe, std::move(character), std::move(library),
                              read.graph, read.weights, std::move(fallen));

@@ -125,9 +125,11 @@ Json Definitions(const Subject& subject) {
       {"zero_action", "the same task with action 0: targets are the reference"},
       {"profile", "body_mm over the clip: evenly spaced bins of its frames"},
       {"fallen",
-       "starts on the floor: recovered are the shares that within so many "
-       "seconds are nearer than fall_distance_m with the head at 0.8 of the "
-       "reference's height or above, and stay so to the end"}};
+       "starts on the floor, of a seed that no recipe trains on: recovered are "
+       "the shares that within so many seconds are nearer than fall_distance_m "
+       "with the head at 0.8 of the reference's height or above, and stay so "
+       "to "
+       "the end"}};
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "actor/fallen_evaluation.h"
+#include "common/config/recipe.h"
 #include "common/status_macros.h"
+#include "sim/character/character.h"
 #include "tools/evaluation/rollout_pool.h"
 
 namespace sinew::evaluation {
@@ -43,13 +45,18 @@ absl::StatusOr<FallenFigures> Measure(
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::EvaluationResult> results,
       RunStarts(subject.assets, policy, starts, threads, stop));
-  const double hz = subject.assets->recipe().physics().control_hz();
-  return FallenFigures{
-      .recovered_3_s = actor::RecoveredShare(results, kSoonSeconds, hz),
-      .recovered_5_s = actor::RecoveredShare(results, kLateSeconds, hz)};
+  return FiguresOf(results, subject.assets->recipe().physics().control_hz());
 }
 
 }  // namespace
+
+FallenFigures FiguresOf(const std::vector<v1::EvaluationResult>& results,
+                        double control_hz) {
+  return {
+      .recovered_3_s = actor::RecoveredShare(results, kSoonSeconds, control_hz),
+      .recovered_5_s =
+          actor::RecoveredShare(results, kLateSeconds, control_hz)};
+}
 
 absl::Status CheckFallenStarts(int starts) {
   if (starts >= 1 && starts <= kMostFallenStarts) return absl::OkStatus();
@@ -58,12 +65,13 @@ absl::Status CheckFallenStarts(int starts) {
 }
 
 absl::StatusOr<std::unique_ptr<const world::FallenStates>> MakeFallenStates(
-    const v1::Recipe& recipe, const character::Character& character,
-    int starts) {
+    const std::string& character, int starts) {
+  const v1::Recipe recipe = WithDefaults(v1::Recipe());
+  SINEW_ASSIGN_OR_RETURN(
+      const auto body, character::Character::Load(character, recipe.physics()));
   SINEW_ASSIGN_OR_RETURN(
       world::FallenStates states,
-      world::FallenStates::Make(character, recipe, starts,
-                                recipe.task().recovery().fallen_seed()));
+      world::FallenStates::MakeForEvaluation(*body, recipe, starts));
   return std::make_unique<const world::FallenStates>(std::move(states));
 }
 
@@ -76,7 +84,7 @@ absl::StatusOr<FallenEvaluation> EvaluateFallen(const Subject& subject,
   const double hz = task.recipe().physics().control_hz();
   FallenEvaluation evaluation;
   evaluation.starts = static_cast<int>(starts.size());
-  evaluation.seed = task.recipe().task().recovery().fallen_seed();
+  evaluation.seed = world::FallenStates::kEvaluationSeed;
   evaluation.clips = CountClips(starts);
   evaluation.seconds = starts.front().steps() / hz;
   evaluation.reference_stands_seconds = starts.front().recovery_steps() / hz;

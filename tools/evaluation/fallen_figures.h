@@ -3,12 +3,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/stop.h"
-#include "proto/sinew/v1/recipe.pb.h"
-#include "sim/character/character.h"
+#include "proto/sinew/v1/rollout.pb.h"
 #include "sim/world/fallen_states.h"
 #include "tools/evaluation/subject.h"
 
@@ -18,7 +19,7 @@ namespace sinew::evaluation {
 // and of those whose recipe has none:
 //
 //   CheckFallenStarts(n);
-//   fallen = MakeFallenStates(recipe, character, n);   // into MakeSubject
+//   fallen = MakeFallenStates(character_file, n);   // into MakeSubject
 //   EvaluateFallen(subject, threads, stop);
 //
 // Pure functions. Blocking and errors: as stated.
@@ -45,15 +46,20 @@ struct FallenEvaluation {
   FallenFigures zero_action;
 };
 
+// Of starts that all name a fallen state.
+FallenFigures FiguresOf(const std::vector<v1::EvaluationResult>& results,
+                        double control_hz);
+
 // INVALID_ARGUMENT unless `starts` is 1 to kMostFallenStarts.
 absl::Status CheckFallenStarts(int starts);
 
-// The first `starts` states of the recipe's seed (0 where it has no recovery),
-// whatever the number that it trains on. Blocking: simulates, about 15 ms per
-// state. Errors: those of FallenStates::Make.
+// The first `starts` of the states that are for measuring alone
+// (FallenStates::MakeForEvaluation), with the default physics: the same bodies
+// for whatever was trained on this character, and none that was trained on.
+// `character` as in Character::Load. Blocking: compiles and simulates, about
+// 15 ms per state. Errors: those of Character::Load and of FallenStates::Make.
 absl::StatusOr<std::unique_ptr<const world::FallenStates>> MakeFallenStates(
-    const v1::Recipe& recipe, const character::Character& character,
-    int starts);
+    const std::string& character, int starts);
 
 // One start from each of the subject's fallen states (actor::FallenStarts), of
 // the policy and of the zero action. Same inputs, same bits, however many

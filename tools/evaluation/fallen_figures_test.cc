@@ -20,6 +20,7 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "sim/world/fallen_states.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/evaluate_bundle.h"
@@ -34,17 +35,36 @@ using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
+std::string CharacterFile(const world::testing::ToyWorld& toy) {
+  return JoinPath(toy.folder, "character.textproto");
+}
+
+v1::Recipe RecoveryRecipe(int steps) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->set_fallen_share(0.5);
+  recovery->set_steps(steps);
+  recovery->set_fallen_states(2);
+  recovery->set_fallen_seed(9);
+  return WithDefaults(recipe);
+}
+
+absl::StatusOr<Subject> ZeroActionOf(const v1::Recipe& recipe, int states,
+                                     std::initializer_list<int> left_out = {}) {
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  LeaveOut(left_out, toy);
+  auto fallen = MakeFallenStates(CharacterFile(toy), states);
+  if (!fallen.ok()) return fallen.status();
+  return MakeZeroActionSubject(toy.recipe, std::move(toy.character),
+                               std::move(toy.library), *std::move(fallen));
+}
+
 // The zero action on the toy, where who is `distance` m off still tracks.
 absl::StatusOr<Subject> ZeroAction(int states, double distance,
                                    std::initializer_list<int> left_out = {}) {
   v1::Recipe recipe = world::testing::ToyRecipe();
   recipe.mutable_evaluation()->set_max_mean_body_distance(distance);
-  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
-  LeaveOut(left_out, toy);
-  auto fallen = MakeFallenStates(toy.recipe, *toy.character, states);
-  if (!fallen.ok()) return fallen.status();
-  return MakeZeroActionSubject(toy.recipe, std::move(toy.character),
-                               std::move(toy.library), *std::move(fallen));
+  return ZeroActionOf(recipe, states, left_out);
 }
 
 // A bundle of a random policy, and the library it was made for, on disk.
@@ -78,7 +98,7 @@ TEST_F(FallenBundle, IsMeasuredWithoutRecoveryInItsRecipe) {
   ASSERT_TRUE(figures->fallen.has_value());
   const Json fallen = Json::parse(*ReadFile(out_))["fallen"];
   EXPECT_EQ(fallen["starts"], 4);
-  EXPECT_EQ(fallen["seed"], 0);
+  EXPECT_EQ(fallen["seed"], world::FallenStates::kEvaluationSeed);
   EXPECT_EQ(fallen["clips"], 1);  // "turn": the others are too short
   EXPECT_EQ(fallen["seconds"], 5.5);
   EXPECT_EQ(fallen["reference_stands_seconds"], 3);
@@ -88,20 +108,14 @@ TEST_F(FallenBundle, IsMeasuredWithoutRecoveryInItsRecipe) {
   EXPECT_LE(fallen["recovered_3_s"], fallen["recovered_5_s"]);
 }
 
-TEST_F(FallenBundle, IsMeasuredAsItsRecipeSaysWhereThatHasRecovery) {
-  v1::Recipe recipe = world::testing::ToyRecipe();
-  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
-  recovery->set_fallen_share(0.5);
-  recovery->set_steps(60);
-  recovery->set_fallen_states(2);
-  recovery->set_fallen_seed(9);
-  Write(WithDefaults(recipe));
+TEST_F(FallenBundle, IsMeasuredForAsLongAsItsRecipeSaysOnBodiesThatAreNotIts) {
+  Write(RecoveryRecipe(/*steps=*/60));
 
   ASSERT_THAT(Evaluate(3), IsOk());  // more than the recipe trains on
 
   const Json fallen = Json::parse(*ReadFile(out_))["fallen"];
   EXPECT_EQ(fallen["starts"], 3);
-  EXPECT_EQ(fallen["seed"], 9);
+  EXPECT_EQ(fallen["seed"], world::FallenStates::kEvaluationSeed);
   EXPECT_EQ(fallen["reference_stands_seconds"], 2);
 }
 
@@ -144,6 +158,32 @@ TEST_F(FallenBundle, RefusesNumbersOfStartsThatMakeNoSense) {
                                         starts))));
   }
   EXPECT_FALSE(FileExists(out_));
+}
+
+TEST(FallenFigures, CountWhoIsUpWithinThreeSecondsAndWhoWithinFive) {
+  std::vector<v1::EvaluationResult> results(5);
+  const int frames[] = {90, 91, 150, 151, -1};
+  for (int i = 0; i < 5; ++i) {
+    results[i].set_fallen_state(i);
+    results[i].set_recovered_at_frame(frames[i]);
+  }
+
+  const FallenFigures figures = FiguresOf(results, /*control_hz=*/30);
+
+  EXPECT_DOUBLE_EQ(figures.recovered_3_s, 0.2);
+  EXPECT_DOUBLE_EQ(figures.recovered_5_s, 0.6);
+}
+
+TEST(FallenFigures, AreOverAllClipsThatAreFit) {
+  // 19 frames are tracked: of "turn" and "sway", but "tumble" is too short.
+  const auto subject = ZeroActionOf(RecoveryRecipe(/*steps=*/146), 4);
+  ASSERT_THAT(subject, IsOk());
+
+  const auto fallen = EvaluateFallen(*subject, /*threads=*/1, StopToken());
+
+  ASSERT_THAT(fallen, IsOk());
+  EXPECT_EQ(fallen->starts, 4);
+  EXPECT_EQ(fallen->clips, 2);
 }
 
 TEST(FallenFigures, AreThoseOfEachStartOnItsOwn) {

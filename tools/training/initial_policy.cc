@@ -164,6 +164,8 @@ absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
                          bundle::ReadBundle(directory));
   SINEW_RETURN_IF_ERROR(In(directory, CheckCharacter(bundle.manifest, setup)));
   SINEW_RETURN_IF_ERROR(In(directory, CheckObservation(bundle, recipe, setup)));
+  SINEW_RETURN_IF_ERROR(
+      In(directory, SameNetwork(learner.graph(), bundle.graph)));
   TensorMap weights = bundle.weights;
   weights.insert(policy.critic.begin(), policy.critic.end());
   SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(weights)));
@@ -207,6 +209,12 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
   std::erase_if(state.tensors, [](const auto& tensor) {
     return !absl::StartsWith(tensor.first, "critic/");
   });
+  if (state.tensors.empty()) {
+    return absl::DataLossError(
+        absl::StrCat(checkpoints, ": training state of iteration ",
+                     state.counters.iteration(),
+                     ": expected tensors critic/..., found none"));
+  }
   return std::move(state.tensors);
 }
 

@@ -27,7 +27,7 @@ struct InitialPolicy {
 // The value network's weights of the newest training state in a run's folder
 // checkpoints/; bundles have none. Blocks on the disk. Errors: those of
 // LoadLatestState; DATA_LOSS if that state (an older one, where the newest is
-// damaged) is not of `iteration`.
+// damaged) is not of `iteration` or has no critic.
 absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
                                      int64_t iteration, const Clock& clock);
 
@@ -35,7 +35,8 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
 // filled) and task. Every bundle must be of the same character, joints in the
 // same order, and observe the same; a primitive must also act by the same law,
 // at the same control rate, with the network that the recipe describes
-// (policy_hidden, activation, observation_clip), and be no composer. A recipe
+// (policy_hidden, activation, observation_clip), and be no composer; `init` has
+// the network of the run. A recipe
 // with a composer needs as many primitives as it says, or `init`.
 //
 // Thread-safety: one caller. Ownership: none. Blocking: reads the bundles.

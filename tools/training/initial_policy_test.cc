@@ -164,6 +164,8 @@ TEST(InitialPolicy, NamesBundleAndFieldOfAPrimitiveThatDoesNotFit) {
          r.mutable_task()->mutable_action()->set_scale(0.7);
        },
        "action: expected the recipe's"},
+      {"rate", [](v1::Recipe& r) { r.mutable_physics()->set_control_hz(60); },
+       "control_hz: expected 30, found 60"},
       {"activation",
        [](v1::Recipe& r) {
          r.mutable_network()->set_activation(v1::Network::ACTIVATION_TANH);

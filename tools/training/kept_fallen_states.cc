@@ -52,7 +52,9 @@ Blob FindFallenStates(checkpoint::ArtifactStore& store,
   }
   std::vector<std::string> found;
   for (const std::string& damaged : list->damaged()) {
-    found.push_back(Note(damaged, "the record is damaged"));
+    found.push_back(absl::StrCat(
+        "fallen states are made anew, passed over a damaged record: ",
+        damaged));
   }
   for (const v1::Artifact& artifact : list->artifacts()) {
     const std::map<std::string, std::string> kept = Digests(artifact);

@@ -117,6 +117,13 @@ absl::Status TrainingRun::CheckAssets(const TaskSetup& setup) {
   if (before == setup.assets_sha256) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> changed,
                          store_->ChangedAssets(before, setup));
+  if (changed == std::vector<std::string>{"fallen"}) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        folder_->path(),
+        ": expected the fallen states that the run was started with, found "
+        "others: its own cannot be read, and this build makes them otherwise; "
+        "give another --run"));
+  }
   const bool library_alone =
       !changed.empty() &&
       std::all_of(changed.begin(), changed.end(), [](const auto& role) {
