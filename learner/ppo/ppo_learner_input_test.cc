@@ -70,7 +70,7 @@ TEST(PpoLearner, RefusesWeightsOfOtherNetworks) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("policy/linear_0/weight"),
                              HasSubstr("expected shape [32, 6]"),
-                             HasSubstr("found [64, 6]"))));
+                             HasSubstr("found shape [64, 6]"))));
   EXPECT_THAT(learner->InitFrom({{"other", HostTensor::Zeros({1})}}),
               StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_EQ(Bits(*learner), before);
