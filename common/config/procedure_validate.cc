@@ -3,14 +3,14 @@
 #include <cstdint>
 
 #include "absl/strings/string_view.h"
+#include "common/config/recipe.h"
 #include "google/protobuf/repeated_field.h"
 
 namespace sinew {
 namespace {
 
 // The recovery primitive comes on top of those that track.
-constexpr int kMaxTracking = 15;
-constexpr int kMaxPrimitives = 16;
+constexpr int kMaxTracking = kMostPrimitives - 1;
 constexpr int kMaxWidth = 16384;
 
 bool EndsAtPlateau(const v1::Recipe& recipe) {
@@ -69,7 +69,7 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
 }
 
 void CheckComposer(const v1::Composer& composer, FieldChecker& check) {
-  check.Within(composer.primitives(), 2, kMaxPrimitives,
+  check.Within(composer.primitives(), kFewestPrimitives, kMostPrimitives,
                "network.composer.primitives");
   CheckWidths(composer.hidden(), "network.composer.hidden", check);
 }

@@ -41,6 +41,10 @@ v1::AdaptiveBins WithDefaults(v1::AdaptiveBins adaptive);
 // expected WHAT, found VALUE".
 absl::Status ValidateRecipe(const v1::Recipe& recipe);
 
+// Primitives that a composer may have, a procedure's among them.
+inline constexpr int kFewestPrimitives = 2;
+inline constexpr int kMostPrimitives = 16;
+
 // Canonical text, as in config.textproto: fields in the order of their
 // numbers, those at zero or unset left out. ParseRecipe gives the same recipe.
 std::string PrintRecipe(const v1::Recipe& recipe);

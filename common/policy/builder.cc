@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/config/recipe.h"
 #include "common/policy/graph_error.h"
 #include "common/policy/graph_writer.h"
 #include "common/policy/orthogonal.h"
@@ -50,9 +51,10 @@ absl::Status CheckWidth(absl::string_view name, int64_t width) {
 }
 
 absl::Status CheckComposer(const v1::Composer& composer) {
-  if (composer.primitives() < 2 || composer.primitives() > 16) {
-    return Bad("network.composer.primitives: expected 2 to 16, found ",
-               composer.primitives());
+  if (composer.primitives() < kFewestPrimitives ||
+      composer.primitives() > kMostPrimitives) {
+    return Bad("network.composer.primitives: expected ", kFewestPrimitives,
+               " to ", kMostPrimitives, ", found ", composer.primitives());
   }
   for (const int32_t width : composer.hidden()) {
     SINEW_RETURN_IF_ERROR(CheckWidth("network.composer.hidden", width));
@@ -252,6 +254,10 @@ absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
     }
   }
   return weights;
+}
+
+bool IsComposerParameter(absl::string_view name) {
+  return absl::StartsWith(name, "composer/");
 }
 
 std::string PrimitiveParameter(int primitive, absl::string_view name) {

@@ -83,6 +83,10 @@ absl::StatusOr<v1::PolicyGraph> BuildTrackingPolicy(
 absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
                                          uint64_t seed);
 
+// Whether a parameter is one of the layers that weigh primitives: a policy that
+// has one is a composer.
+bool IsComposerParameter(absl::string_view name);
+
 // The name that parameter `name` of a policy without composer has as a part of
 // the composer's primitive number `primitive`.
 std::string PrimitiveParameter(int primitive, absl::string_view name);

@@ -55,7 +55,7 @@ absl::StatusOr<std::set<std::string>> PolicyParameters(
 
 absl::Status CheckIsNoComposer(const Primitive& primitive) {
   for (const auto& [name, tensor] : primitive.weights) {
-    if (!absl::StartsWith(name, "composer/")) continue;
+    if (!policy::IsComposerParameter(name)) continue;
     return absl::InvalidArgumentError(
         absl::StrCat(primitive.name,
                      ": expected a primitive, a policy of one network, found a "

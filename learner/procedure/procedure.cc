@@ -97,11 +97,15 @@ Evidence Weigh(const std::vector<std::string>& clips,
   return evidence;
 }
 
+std::string Ending(const FinishedStage& last) {
+  return absl::StrFormat("%s ended %s after %d samples", StageName(last.stage),
+                         last.plateau ? "at its plateau" : "with its budget",
+                         last.samples);
+}
+
 // How the latest stage that tracks ended, and what is left.
 std::string Account(const FinishedStage& last, const Evidence& evidence) {
-  std::string text = absl::StrFormat(
-      "%s ended %s after %d samples", StageName(last.stage),
-      last.plateau ? "at its plateau" : "with its budget", last.samples);
+  std::string text = Ending(last);
   if (evidence.hard_before > 0) {
     absl::StrAppendFormat(&text, " and won %d of its %d hard clips",
                           evidence.hard_won, evidence.hard_before);
@@ -267,11 +271,8 @@ Decision NextStage(const v1::Procedure& procedure,
       decision.next = AfterTracking(procedure, finished, reason);
     }
   } else {
-    reason = absl::StrFormat(
-        "%s ended %s after %d samples and fails %d of %d clips",
-        StageName(last.stage),
-        last.plateau ? "at its plateau" : "with its budget", last.samples,
-        last.failed.size(), decision.evidence.clips);
+    reason = absl::StrFormat("%s and fails %d of %d clips", Ending(last),
+                             last.failed.size(), decision.evidence.clips);
     if (last.stage.kind == StageKind::kRecovery) {
       decision.next = NextComposer(procedure, finished, reason);
     }

@@ -57,8 +57,9 @@ absl::StatusOr<State> LoadNewestState(
     warnings->push_back(absl::StrCat("passed over ", artifact.id(), ": ",
                                      state.status().message()));
   }
-  if (warnings->size() == before)
+  if (warnings->size() == before) {
     return absl::NotFoundError("no training state");
+  }
   return absl::DataLossError(absl::StrCat(
       "expected a whole training state, found only damaged ones, the newest: ",
       warnings->back()));

@@ -42,14 +42,14 @@ absl::Status CheckBin(const motion::Library& library,
   return absl::OkStatus();
 }
 
+}  // namespace
+
 bool IsDrawn(const v1::Start& recipe, const v1::ClipInfo& clip) {
   const auto& only = recipe.only_clips();
   return !clip.left_out() &&
          (only.empty() ||
           std::find(only.begin(), only.end(), clip.name()) != only.end());
 }
-
-}  // namespace
 
 int64_t NumStartFrames(const v1::ClipInfo& clip) {
   return clip.loops() ? clip.num_frames() : clip.num_frames() - 1;

@@ -17,11 +17,14 @@ struct StartFrame {
   int32_t frame = 0;
 };
 
+// Whether starts are drawn from a clip: it is not left out of training, and
+// among only_clips if the recipe names some.
+bool IsDrawn(const v1::Start& recipe, const v1::ClipInfo& clip);
+
 // Where episodes start: a distribution over the frames of a library.
 //
 // Every frame of every clip can be drawn that has a successor (all frames of a
-// looping clip, all but the last of others), but for clips that are left out of
-// training, or not among only_clips where the recipe names some.
+// looping clip, all but the last of others), of the clips that IsDrawn says.
 //   UNIFORM  all of them alike;
 //   others   a bin by the curriculum's probabilities, which the learner's rule
 //            has set, then a frame of the bin uniformly. A curriculum without

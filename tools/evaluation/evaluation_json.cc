@@ -128,8 +128,7 @@ Json Definitions(const Subject& subject) {
        "starts on the floor, of a seed that no recipe trains on: recovered are "
        "the shares that within so many seconds are nearer than fall_distance_m "
        "with the head at 0.8 of the reference's height or above, and stay so "
-       "to "
-       "the end"}};
+       "to the end"}};
 }
 
 }  // namespace

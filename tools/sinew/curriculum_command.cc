@@ -8,7 +8,7 @@
 #include "common/clock.h"
 #include "common/status_macros.h"
 #include "tools/curriculum/run_curriculum.h"
-#include "tools/training/procedure_record.h"
+#include "tools/training/shown_folder.h"
 
 namespace sinew::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "common/status_macros.h"
 #include "tools/report/report.h"
-#include "tools/training/procedure_record.h"
+#include "tools/training/shown_folder.h"
 
 namespace sinew::tools {
 namespace {

@@ -129,7 +129,7 @@ absl::Status SameNetwork(const v1::PolicyGraph& expected,
 bool IsComposer(const v1::PolicyGraph& graph) {
   return std::any_of(graph.parameters().begin(), graph.parameters().end(),
                      [](const v1::Parameter& parameter) {
-                       return parameter.name() == "composer/weights/weight";
+                       return policy::IsComposerParameter(parameter.name());
                      });
 }
 

@@ -36,8 +36,8 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
 // same order, and observe the same; a primitive must also act by the same law,
 // at the same control rate, with the network that the recipe describes
 // (policy_hidden, activation, observation_clip), and be no composer; `init` has
-// the network of the run. A recipe
-// with a composer needs as many primitives as it says, or `init`.
+// the network of the run. A recipe with a composer needs as many primitives as
+// it says, or `init`.
 //
 // Thread-safety: one caller. Ownership: none. Blocking: reads the bundles.
 // Errors: INVALID_ARGUMENT naming bundle and field, expected and found, or

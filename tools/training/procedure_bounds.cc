@@ -26,14 +26,11 @@ void ProcedureBounds::Spend(double train_seconds, int64_t iterations) {
 std::string ProcedureBounds::Reached() const {
   if (minutes_ > 0 && spent_seconds_ + kRounding >= 60 * minutes_) {
     return absl::StrFormat(
-        "%g minutes of all stages are over: give more "
-        "--minutes",
-        minutes_);
+        "%g minutes of all stages are over: give more --minutes", minutes_);
   }
   if (iterations_ > 0 && spent_iterations_ >= iterations_) {
     return absl::StrFormat(
-        "%d iterations of all stages are over: give more "
-        "--iterations",
+        "%d iterations of all stages are over: give more --iterations",
         iterations_);
   }
   return "";

@@ -1,53 +1,44 @@
 #include "tools/training/procedure_inputs.h"
 
-#include <algorithm>
 #include <cstddef>
-#include <utility>
 
-#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/types/span.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
-#include "common/evaluation/evaluation_summary.h"
-#include "common/files.h"
 #include "common/status_macros.h"
 #include "learner/curriculum/only_clips_check.h"
+#include "sim/motion/library.h"
+#include "sim/world/start.h"
 
 namespace sinew::tools {
 
 absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
                                                     const TaskSetup& setup) {
-  const auto& only = recipe.task().start().only_clips();
-  const absl::flat_hash_set<std::string> named(only.begin(), only.end());
+  const v1::Start& start = recipe.task().start();
   const v1::MotionLibrary& library = setup.library->manifest();
-  SINEW_RETURN_IF_ERROR(
-      learner::CheckOnlyClips(recipe.task().start(), library));
-  const std::vector<bool> left_out = LeftOutClips(library);
+  SINEW_RETURN_IF_ERROR(learner::CheckOnlyClips(start, library));
   ProcedureInputs inputs;
-  for (int i = 0; i < library.clips_size(); ++i) {
-    const std::string& name = library.clips(i).name();
-    inputs.clips.push_back(name);
-    if (!left_out[i] && (named.empty() || named.contains(name))) {
-      inputs.trained_on.push_back(name);
-    }
+  ProcedureRecord& record = inputs.record;
+  for (const v1::ClipInfo& clip : library.clips()) {
+    inputs.clips.push_back(clip.name());
+    if (world::IsDrawn(start, clip)) inputs.trained_on.push_back(clip.name());
+    if (clip.left_out()) ++record.left_out_clips;
   }
   if (inputs.trained_on.empty()) {
     return absl::InvalidArgumentError(
         "the motion library: expected clips to train on, found none that is "
         "neither left out nor outside task.start.only_clips");
   }
-  ProcedureRecord& record = inputs.record;
   record.recipe_sha256 = Sha256Hex(PrintRecipe(recipe));
-  for (const char* role : {"character", "frames", "library", "model"}) {
+  for (const char* role : {"character", "model"}) {
     record.assets[role] = Sha256Hex(*setup.assets.at(role));
   }
+  record.assets["library"] = setup.library->digest();
   record.library_clips = library.clips_size();
   record.trained_on_clips = static_cast<int>(inputs.trained_on.size());
-  record.left_out_clips =
-      static_cast<int>(std::count(left_out.begin(), left_out.end(), true));
   return inputs;
 }
 
@@ -104,18 +95,13 @@ absl::Status CheckFollows(const ProcedureRecord& record,
 
 absl::Status CheckSameLibrary(const ProcedureRecord& record,
                               const std::string& motions) {
-  for (const auto& [role, name] : {std::pair("library", "manifest.json"),
-                                   std::pair("frames", "frames.safetensors")}) {
-    SINEW_ASSIGN_OR_RETURN(const std::string bytes,
-                           ReadFile(JoinPath(motions, name)));
-    if (record.assets.at(role) == Sha256Hex(bytes)) continue;
-    return absl::FailedPreconditionError(absl::StrCat(
-        motions,
-        ": expected the motion library that the procedure was started with, "
-        "found another one (changed: ",
-        role, "); put it back and give the same command again"));
-  }
-  return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const auto library, motion::Library::Load(motions));
+  if (record.assets.at("library") == library->digest()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      motions,
+      ": expected the motion library that the procedure was started with, "
+      "found another one (changed: library); put it back and give the same "
+      "command again"));
 }
 
 }  // namespace sinew::tools

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "common/files.h"
+#include "common/config/recipe.h"
 #include "common/status_macros.h"
-#include "tools/training/run_folder.h"
 
 namespace sinew::tools {
 namespace {
@@ -18,7 +17,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kVersion = 1;
 constexpr char kPlateau[] = "plateau";
 constexpr char kSamples[] = "samples";
-constexpr int kMostPrimitives = 16;
 
 Json FinishedJson(const learner::FinishedStage& finished) {
   return {{"end", finished.plateau ? kPlateau : kSamples},
@@ -194,36 +192,6 @@ absl::StatusOr<ProcedureRecord> ParseProcedure(const std::string& text,
         source, ": expected the record of a procedure, found something else (",
         error.what(), ")"));
   }
-}
-
-namespace {
-
-// The newest stage that `holds`, or else the newest.
-std::string FolderToShow(const std::string& run,
-                         bool (*holds)(const std::string& folder)) {
-  const std::string file = JoinPath(run, "procedure.json");
-  if (!FileExists(file)) return run;
-  const auto text = ReadFile(file);
-  if (!text.ok()) return run;
-  const auto record = ParseProcedure(*text, file);
-  if (!record.ok() || record->stages.empty()) return run;
-  for (auto it = record->stages.rbegin(); it != record->stages.rend(); ++it) {
-    std::string folder = JoinPath(run, it->directory);
-    if (holds(folder)) return folder;
-  }
-  return JoinPath(run, record->stages.back().directory);
-}
-
-}  // namespace
-
-std::string FolderWithState(const std::string& run) {
-  return FolderToShow(run, RunFolder::HasState);
-}
-
-std::string FolderWithRows(const std::string& run) {
-  return FolderToShow(run, [](const std::string& folder) {
-    return FileSize(JoinPath(folder, "metrics.jsonl")).value_or(0) > 0;
-  });
 }
 
 }  // namespace sinew::tools

@@ -17,7 +17,7 @@ namespace sinew::tools {
 //
 //   format_version   1
 //   recipe_sha256    of the recipe's canonical text
-//   assets           SHA-256 of character, model, library and frames
+//   assets           SHA-256 of character and model, digest of the library
 //   clips            {library, trained_on, left_out}: how many
 //   over             whether the last decision ends the procedure
 //   samples, train_seconds
@@ -58,12 +58,6 @@ struct ProcedureRecord {
 std::string PrintProcedure(const ProcedureRecord& record);
 absl::StatusOr<ProcedureRecord> ParseProcedure(const std::string& text,
                                                const std::string& source);
-
-// Where what is to be shown of a run is: in the folder itself or, of a
-// procedure, in that of the newest stage that has some, or else of the newest.
-// Look at the disk.
-std::string FolderWithState(const std::string& run);  // a training state
-std::string FolderWithRows(const std::string& run);   // rows of metrics.jsonl
 
 }  // namespace sinew::tools
 

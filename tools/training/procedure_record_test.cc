@@ -7,17 +7,13 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_replace.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
-#include "common/testing/test_files.h"
 
 namespace sinew::tools {
 namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
-using ::sinew::testing::TestPath;
-using ::sinew::testing::WriteTestFile;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -131,42 +127,6 @@ TEST(ProcedureRecord, RefusesPrimitivesThatThereCannotBe) {
                  AllOf(HasSubstr("file: stages.primitive: expected 0 to 16"),
                        HasSubstr(std::to_string(primitive)))));
   }
-}
-
-TEST(FolderToShow, IsThatOfTheNewestStageThatHasWhatIsShown) {
-  const std::string run = TestPath("run");
-  EXPECT_EQ(FolderWithState(run), run);
-  EXPECT_EQ(FolderWithRows(run), run);
-  WriteTestFile("run/procedure.json", PrintProcedure(MakeRecord()));
-  const std::string first = JoinPath(run, "stages/00_primitive_0");
-  const std::string second = JoinPath(run, "stages/01_primitive_0_hard");
-  EXPECT_EQ(FolderWithState(run), second);
-  EXPECT_EQ(FolderWithRows(run), second);
-
-  // Between the two stages.
-  WriteTestFile("run/stages/00_primitive_0/metrics.jsonl", "{}\n");
-  WriteTestFile(
-      "run/stages/00_primitive_0/checkpoints/artifacts/state-00000003", "");
-  EXPECT_EQ(FolderWithState(run), first);
-  EXPECT_EQ(FolderWithRows(run), first);
-
-  // The second has a row, and no state yet.
-  WriteTestFile("run/stages/01_primitive_0_hard/metrics.jsonl", "{}\n");
-  EXPECT_EQ(FolderWithState(run), first);
-  EXPECT_EQ(FolderWithRows(run), second);
-
-  WriteTestFile(
-      "run/stages/01_primitive_0_hard/checkpoints/artifacts/state-00000001",
-      "");
-  EXPECT_EQ(FolderWithState(run), second);
-}
-
-TEST(FolderToShow, IsTheRunItselfIfItsRecordIsDamaged) {
-  const std::string run = TestPath("run");
-  WriteTestFile("run/procedure.json", "{");
-
-  EXPECT_EQ(FolderWithState(run), run);
-  EXPECT_EQ(FolderWithRows(run), run);
 }
 
 }  // namespace

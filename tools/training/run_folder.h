@@ -39,15 +39,21 @@ class RunFolder {
   // stage of a procedure there.
   static bool HasState(const std::string& path);
 
-  // checkpoints() of the folder at `path`, there or not.
+  // Of the folder at `path`, there or not.
   static std::string CheckpointsOf(const std::string& path) {
     return JoinPath(path, "checkpoints");
+  }
+  static std::string MetricsOf(const std::string& path) {
+    return JoinPath(path, "metrics.jsonl");
+  }
+  static std::string ProcedureOf(const std::string& path) {
+    return JoinPath(path, "procedure.json");
   }
 
   const std::string& path() const { return path_; }
   std::string config() const { return JoinPath(path_, "config.textproto"); }
-  std::string procedure() const { return JoinPath(path_, "procedure.json"); }
-  std::string metrics() const { return JoinPath(path_, "metrics.jsonl"); }
+  std::string procedure() const { return ProcedureOf(path_); }
+  std::string metrics() const { return MetricsOf(path_); }
   std::string log() const { return JoinPath(path_, "log.jsonl"); }
   std::string actor_logs() const { return JoinPath(path_, "logs"); }
   std::string checkpoints() const { return CheckpointsOf(path_); }

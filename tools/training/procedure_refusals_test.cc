@@ -1,0 +1,139 @@
+// What a procedure refuses, and that nothing is lost by it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "tools/training/procedure_record.h"
+#include "tools/training/procedure_run.h"
+#include "tools/training/testing/procedure_rig.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+TEST_F(ProcedureRunTest, PassesOnWhatATrainingFailedWith) {
+  MadeUpSteps steps;
+  ProcedureSteps failing = steps.Steps();
+  failing.train = [](const TrainingRun::Options&) {
+    return absl::InternalError("no actors");
+  };
+
+  EXPECT_THAT(RunProcedure(options_, failing, steps.token()),
+              StatusIs(absl::StatusCode::kInternal, HasSubstr("no actors")));
+
+  ASSERT_THAT(Run(steps), IsOk());
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
+  MadeUpSteps steps(2);
+  ASSERT_THAT(Run(steps), IsOk());
+  options_.recipe.mutable_procedure()->set_hard_samples(6400);
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   AllOf(HasSubstr("procedure.hard_samples"),
+                                         HasSubstr("320 -> 6400"))));
+}
+
+TEST_F(ProcedureRunTest, RefusesALibraryThatChangesWhileItRuns) {
+  MadeUpSteps steps;
+  steps.SetAfterTrain([this] { LeaveOutTumble(); });
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                   AllOf(HasSubstr(toy_.library_folder),
+                                         HasSubstr("changed: library)"))));
+
+  EXPECT_THAT(steps.trained(), SizeIs(1));
+  EXPECT_THAT(Record().Finished(), IsEmpty());
+}
+
+TEST_F(ProcedureRunTest, RefusesResultsOfClipsThatItDoesNotKnow) {
+  MadeUpSteps steps;
+  ProcedureSteps more = steps.Steps();
+  more.evaluate = [](const auto&, const auto&, const auto&, const auto&) {
+    EvaluationSummary summary;
+    summary.clips.resize(1);
+    summary.clips[0].clip = 3;
+    return absl::StatusOr<EvaluationSummary>(summary);
+  };
+
+  EXPECT_THAT(
+      RunProcedure(options_, more, steps.token()),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               AllOf(HasSubstr("the 3 clips"), HasSubstr("found clip 3"))));
+}
+
+TEST_F(ProcedureRunTest, TakesACorrectedRecipeIfNothingWasTrained) {
+  MadeUpSteps none(0), steps;
+  options_.recipe.mutable_task()->mutable_start()->add_only_clips("swai");
+  EXPECT_THAT(Run(none),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("only_clips"), HasSubstr("\"sway\""))));
+  options_.recipe.mutable_task()->mutable_start()->clear_only_clips();
+  options_.recipe.mutable_procedure()->set_full_samples(6400);
+  ASSERT_THAT(Run(none), IsOk());  // stopped before its first state
+  ASSERT_THAT(Record().stages, SizeIs(1));
+  options_.recipe.mutable_procedure()->set_full_samples(640);
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, RefusesAnotherLibrary) {
+  MadeUpSteps steps(2);
+  ASSERT_THAT(Run(steps), IsOk());
+  LeaveOutTumble();
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                   AllOf(HasSubstr(options_.directory),
+                                         HasSubstr("changed: library)"))));
+}
+
+TEST_F(ProcedureRunTest, RefusesToMigrate) {
+  options_.migrate_library = true;
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--migrate-library")));
+}
+
+TEST_F(ProcedureRunTest, RefusesPrimitivesFromElsewhere) {
+  options_.primitives = {"a", "b"};
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--primitives")));
+  EXPECT_THAT(steps.trained(), IsEmpty());
+}
+
+TEST_F(ProcedureRunTest, RefusesARecordThatDoesNotFollow) {
+  MadeUpSteps steps(3);
+  ASSERT_THAT(Run(steps), IsOk());
+  ProcedureRecord record = Record();
+  record.stages[0].finished->failed = {"turn"};
+  ASSERT_THAT(
+      WriteFileAtomically(JoinPath(options_.directory, "procedure.json"),
+                          PrintProcedure(record)),
+      IsOk());
+
+  MadeUpSteps fresh;
+  EXPECT_THAT(Run(fresh), StatusIs(absl::StatusCode::kDataLoss,
+                                   HasSubstr("01_primitive_0_hard")));
+}
+
+}  // namespace
+}  // namespace sinew::tools

@@ -1,0 +1,37 @@
+#include "tools/training/shown_folder.h"
+
+#include "common/files.h"
+#include "tools/training/procedure_record.h"
+#include "tools/training/run_folder.h"
+
+namespace sinew::tools {
+namespace {
+
+// The newest stage that `holds`, or else the newest.
+std::string ShownFolder(const std::string& run,
+                        bool (*holds)(const std::string& folder)) {
+  const std::string file = RunFolder::ProcedureOf(run);
+  const auto text = ReadFile(file);
+  if (!text.ok()) return run;
+  const auto record = ParseProcedure(*text, file);
+  if (!record.ok() || record->stages.empty()) return run;
+  for (auto it = record->stages.rbegin(); it != record->stages.rend(); ++it) {
+    std::string folder = JoinPath(run, it->directory);
+    if (holds(folder)) return folder;
+  }
+  return JoinPath(run, record->stages.back().directory);
+}
+
+}  // namespace
+
+std::string FolderWithState(const std::string& run) {
+  return ShownFolder(run, RunFolder::HasState);
+}
+
+std::string FolderWithRows(const std::string& run) {
+  return ShownFolder(run, [](const std::string& folder) {
+    return FileSize(RunFolder::MetricsOf(folder)).value_or(0) > 0;
+  });
+}
+
+}  // namespace sinew::tools

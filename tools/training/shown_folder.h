@@ -1,0 +1,18 @@
+#ifndef SINEW_TOOLS_TRAINING_SHOWN_FOLDER_H_
+#define SINEW_TOOLS_TRAINING_SHOWN_FOLDER_H_
+
+#include <string>
+
+namespace sinew::tools {
+
+// Where what is to be shown of a run is: in the folder itself or, of a
+// procedure, in that of the newest stage that has some, or else of the newest.
+//
+// Thread-safety: any thread. Blocking: on the disk. Errors: none; a record that
+// cannot be read says nothing, and the run itself is shown.
+std::string FolderWithState(const std::string& run);  // a training state
+std::string FolderWithRows(const std::string& run);   // rows of metrics.jsonl
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_SHOWN_FOLDER_H_
