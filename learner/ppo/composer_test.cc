@@ -151,7 +151,7 @@ TEST(Composer, ResumesWithoutItsPrimitivesBundles) {
   for (int64_t i = 3; i < 5; ++i) UpdateOnce(*learner, i);
 
   const auto resumed = MakeLearner(ComposerRecipe(), /*ranks=*/1);
-  ASSERT_THAT(resumed->Load(tensors, state), IsOk());
+  ASSERT_THAT(resumed->Load(tensors, state, /*chunks=*/{}), IsOk());
   EXPECT_EQ(SerializeSafetensors(resumed->SaveTensors()),
             SerializeSafetensors(tensors));
   for (int64_t i = 3; i < 5; ++i) UpdateOnce(*resumed, i);

@@ -58,9 +58,9 @@ absl::StatusOr<absl::Span<const double>> Doubles(
   return found->second.float64();
 }
 
-class Learner final : public PpoLearner {
+class Ppo final : public PpoLearner {
  public:
-  Learner(const v1::Recipe& recipe, const Options& options,
+  Ppo(const v1::Recipe& recipe, const Options& options,
           v1::PolicyGraph graph, std::unique_ptr<PpoNetworks> networks)
       : recipe_(recipe),
         graph_(std::move(graph)),
@@ -126,8 +126,8 @@ class Learner final : public PpoLearner {
     state.set_normaliser_count(moments_.count);
   }
 
-  absl::Status Load(const TensorMap& tensors,
-                    const v1::TrainingState& state) override;
+  absl::Status Load(const TensorMap& tensors, const v1::TrainingState& state,
+                    absl::Span<const StateChunk> chunks) override;
   absl::Status InitFrom(const TensorMap& weights) override;
   absl::Status InitFromPrimitives(
       absl::Span<const Primitive> primitives) override;
@@ -294,10 +294,16 @@ class Learner final : public PpoLearner {
   double learning_rate_factor_ = 1;
 };
 
-absl::Status Learner::Load(const TensorMap& tensors,
-                           const v1::TrainingState& state) {
+absl::Status Ppo::Load(const TensorMap& tensors,
+                       const v1::TrainingState& state,
+                       absl::Span<const StateChunk> chunks) {
   constexpr char kSource[] = "training state";
   SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
+  if (!chunks.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        kSource, ": expected no memory with PPO, found ", chunks.size(),
+        " chunks"));
+  }
   const std::vector<int64_t> width = {
       static_cast<int64_t>(moments_.mean.size())};
   SINEW_ASSIGN_OR_RETURN(const auto mean, Doubles(tensors, kSumsMean, width));
@@ -328,13 +334,13 @@ absl::Status Learner::Load(const TensorMap& tensors,
   return absl::OkStatus();
 }
 
-absl::Status Learner::InitFrom(const TensorMap& weights) {
+absl::Status Ppo::InitFrom(const TensorMap& weights) {
   TensorMap own = networks_->SaveWeights();
   SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
   return BeginWith(own);
 }
 
-absl::Status Learner::InitFromPrimitives(
+absl::Status Ppo::InitFromPrimitives(
     absl::Span<const Primitive> primitives) {
   if (!recipe_.network().has_composer()) {
     return absl::InvalidArgumentError(
@@ -347,7 +353,7 @@ absl::Status Learner::InitFromPrimitives(
 }
 
 // With the normaliser's statistics as if from kInheritedRows rows.
-absl::Status Learner::BeginWith(const TensorMap& weights) {
+absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
   InheritMoments(weights.at(kMean).float32(), weights.at(kInverseStd).float32(),
                  kInheritedRows, moments_);
@@ -385,7 +391,7 @@ absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
                            .shards = full.ppo().shards(),
                            .ratio_clip = full.ppo().ratio_clip(),
                            .entropy_weight = full.ppo().entropy_weight()}));
-  return std::make_unique<Learner>(full, options, std::move(graph),
+  return std::make_unique<Ppo>(full, options, std::move(graph),
                                    std::move(networks));
 }
 

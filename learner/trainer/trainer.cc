@@ -60,7 +60,7 @@ void SummariseSegments(const std::vector<v1::Segment>& segments,
 
 }  // namespace
 
-Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+Trainer::Trainer(Options options, std::unique_ptr<Learner> learner,
                  Experience& experience, OrderPlanner planner)
     : options_(std::move(options)),
       learner_(std::move(learner)),
@@ -70,7 +70,7 @@ Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
       plateau_(options_.recipe.plateau()) {}
 
 absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
-    Options options, std::unique_ptr<PpoLearner> learner,
+    Options options, std::unique_ptr<Learner> learner,
     Experience& experience) {
   const v1::Recipe& recipe = options.recipe;
   SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));

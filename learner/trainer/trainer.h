@@ -13,7 +13,7 @@
 #include "common/evaluation/evaluation_summary.h"
 #include "learner/curriculum/curriculum.h"
 #include "learner/curriculum/curriculum_summary.h"
-#include "learner/ppo/ppo_learner.h"
+#include "learner/learner.h"
 #include "learner/trainer/annealer.h"
 #include "learner/trainer/experience.h"
 #include "learner/trainer/order_planner.h"
@@ -90,7 +90,7 @@ class Trainer {
   // INVALID_ARGUMENT: the recipe (ValidateRecipe), or it does not fit the
   // library.
   static absl::StatusOr<std::unique_ptr<Trainer>> Create(
-      Options options, std::unique_ptr<PpoLearner> learner,
+      Options options, std::unique_ptr<Learner> learner,
       Experience& experience);
 
   absl::StatusOr<IterationReport> RunIteration();
@@ -105,7 +105,7 @@ class Trainer {
   bool at_rest() const { return at_rest_; }
   int64_t iteration() const { return iteration_; }
   int64_t samples() const { return samples_; }
-  const PpoLearner& learner() const { return *learner_; }
+  const Learner& learner() const { return *learner_; }
   const Curriculum& curriculum() const { return *curriculum_; }
   // Evaluations have stopped improving, as the recipe's plateau defines it: the
   // run is over. It stays so.
@@ -114,12 +114,14 @@ class Trainer {
   // Newest snapshot.
   const PublishedSnapshot& snapshot() const { return snapshots_.back(); }
 
-  // The whole state between two iterations; `tensors` and `snapshots` go
-  // beside it (snapshots that open orders need, oldest first).
+  // The whole state between two iterations; `tensors`, `snapshots` and `chunks`
+  // go beside it (snapshots that open orders need, oldest first; what the
+  // learner keeps of earlier iterations, oldest first).
   struct State {
     v1::TrainingState counters;
     TensorMap tensors;
     std::vector<std::string> snapshots;  // bytes
+    std::vector<StateChunk> chunks = {};
   };
   State Save() const;
   // Into a fresh trainer of the same options. FAILED_PRECONDITION or
@@ -136,7 +138,7 @@ class Trainer {
   absl::StatusOr<int> Migrate(const State& state);
 
  private:
-  Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+  Trainer(Options options, std::unique_ptr<Learner> learner,
           Experience& experience, OrderPlanner planner);
 
   absl::Status PublishSnapshot();
@@ -162,7 +164,7 @@ class Trainer {
   absl::Status RestoreLearning(const State& state);
 
   const Options options_;
-  std::unique_ptr<PpoLearner> learner_;
+  std::unique_ptr<Learner> learner_;
   Experience& experience_;
   std::unique_ptr<Curriculum> curriculum_;
   OrderPlanner planner_;
