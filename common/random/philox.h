@@ -19,6 +19,8 @@ enum class RandomPurpose : uint32_t {
   kRecovery = 20,       // kind and place of an episode's start
   kPush = 21,           // forces on the body
   kFallenState = 22,    // how a body is dropped
+  kSelection = 30,      // sequences of a minibatch (learner/memory)
+  kLatentNoise = 31,    // latents of a minibatch (learner/distillation)
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

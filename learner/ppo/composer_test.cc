@@ -17,12 +17,12 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "learner/ppo/batch.h"
-#include "learner/ppo/initial_weights.h"
 #include "learner/ppo/ppo_learner.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/synthetic_segments.h"
 #include "learner/ppo/testing/ppo_rig.h"
 #include "learner/torch/graph_module.h"
+#include "learner/update/initial_weights.h"
 
 namespace sinew::learner {
 namespace {

@@ -9,7 +9,7 @@
 #include "absl/types/span.h"
 #include "common/segment/mirror.h"
 #include "learner/learner.h"
-#include "learner/ppo/initial_weights.h"
+#include "learner/update/initial_weights.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::learner {
@@ -29,9 +29,10 @@ namespace sinew::learner {
 // Update.
 //
 // graph() has "policy" (inputs "observation" DATA, "noise" NORMAL; taps
-// "action" executed + recorded with a Gaussian of parameter "policy/std", "mean"
-// recorded) and "critic" (tap "value"). Of the counters in a state it owns
-// optimiser steps, learning_rate_factor and normaliser_count; it has no chunks.
+// "action" executed + recorded with a Gaussian of parameter "policy/std",
+// "mean" recorded) and "critic" (tap "value"). Of the counters in a state it
+// owns optimiser steps, learning_rate_factor and normaliser_count; it has no
+// chunks.
 //
 // Thread-safety: one caller. Ownership: owns networks and `ranks` threads.
 // Blocking: Update computes for up to seconds. Errors: INVALID_ARGUMENT for
