@@ -73,6 +73,8 @@ class TrainedNetwork {
 
   // Sums the shards in order (into the first); returns the norm.
   double SumGradients();
+  // That sum, until the next Gradient of shard 0.
+  const ParameterBuffer& gradient() const { return shards_[0].gradient; }
   void Step(double learning_rate, double gradient_scale);
 
   absl::Status LoadMoments(const TensorMap& tensors, int64_t steps);

@@ -157,6 +157,13 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   SINEW_RETURN_IF_ERROR(BeginNext());
   SINEW_ASSIGN_OR_RETURN(const Collected collected, Collect());
   report.wait_seconds = SecondsSince(start);
+  const auto prepare_start = std::chrono::steady_clock::now();
+  std::vector<const v1::Segment*> pointers;
+  for (const v1::Segment& segment : collected.training) {
+    pointers.push_back(&segment);
+  }
+  SINEW_RETURN_IF_ERROR(learner_->Prepare(pointers));
+  report.learn_seconds = SecondsSince(prepare_start);
   // From here on nothing waits for others; a failure is fatal.
   at_rest_ = false;
   SINEW_RETURN_IF_ERROR(Absorb(collected.training));
@@ -166,12 +173,8 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   }
 
   const auto learn_start = std::chrono::steady_clock::now();
-  std::vector<const v1::Segment*> pointers;
-  for (const v1::Segment& segment : collected.training) {
-    pointers.push_back(&segment);
-  }
   SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
-  report.learn_seconds = SecondsSince(learn_start);
+  report.learn_seconds += SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();
   FinishEvaluations(collected.evaluation, report);
   curriculum_->Reweigh();

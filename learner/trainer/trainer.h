@@ -62,6 +62,8 @@ struct IterationReport {
 //     1. orders of k act with snapshot max(0, k - L)
 //     2. take their segments, and those of the evaluations begun at
 //        k + 1 - delay; absorb end states and episodes
+//        (first the learner asks for labels, if it needs any: all may be done
+//        again if that fails)
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
 //     4. update -> weights
 //     5. the evaluations that were taken take effect, on the curriculum too,
@@ -74,7 +76,8 @@ struct IterationReport {
 // Thread-safety: one caller. Ownership: owns learner and curriculum; borrows
 // the experience. Blocking: RunIteration, for experience and learning. Errors:
 // those of Experience::Take leave the state as it was (at_rest: save it, or
-// call again); others are fatal.
+// call again), and so do those of Learner::Prepare, but the segments are gone
+// (save it); others are fatal.
 class Trainer {
  public:
   struct Options {
