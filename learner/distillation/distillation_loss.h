@@ -78,10 +78,6 @@ at::Tensor GaussianKl(const at::Tensor& mean, const at::Tensor& log_variance,
                       const at::Tensor& prior_mean,
                       const at::Tensor& prior_log_variance);
 
-// beta of `samples`: kl_weight up to kl_anneal_begin, kl_weight_final from
-// kl_anneal_end on, linear between.
-double KlWeight(const v1::Distillation& recipe, int64_t samples);
-
 }  // namespace sinew::learner
 
 #endif  // SINEW_LEARNER_DISTILLATION_DISTILLATION_LOSS_H_

@@ -9,7 +9,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
-#include "common/check.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 
