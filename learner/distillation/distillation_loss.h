@@ -44,10 +44,11 @@ namespace sinew::learner {
 
 // Of a shard: n = sequences * T rows, A joints, Z dimensions.
 struct DistillationTensors {
-  at::Tensor action, label;                           // [n, A]
-  at::Tensor posterior_mean, posterior_log_variance;  // [n, Z] or undefined
-  at::Tensor prior_mean, prior_log_variance;          // likewise
-  at::Tensor valid, linked;                           // [n]
+  at::Tensor action, label;  // [n, A]
+  // [n, Z], or undefined.
+  at::Tensor posterior_mean = {}, posterior_log_variance = {};
+  at::Tensor prior_mean = {}, prior_log_variance = {};
+  at::Tensor valid, linked;  // [n]
 };
 
 struct DistillationWeights {

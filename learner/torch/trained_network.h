@@ -34,7 +34,7 @@ class TrainedNetwork {
     std::vector<std::string> inputs;   // all that `outputs` depend on
     std::vector<std::string> outputs;  // nodes
     // Trained parameters that the loss reads beside the graph.
-    std::vector<int> extra_parameters;
+    std::vector<int> extra_parameters = {};
     Precision precision = Precision::kFloat32;
     int shards = 1;
   };

@@ -132,7 +132,7 @@ std::vector<v1::Segment> MakeVisited(int64_t iteration,
   return segments;
 }
 
-std::vector<const v1::Segment*> Pointers(
+std::vector<const v1::Segment*> SegmentPointers(
     const std::vector<v1::Segment>& segments) {
   std::vector<const v1::Segment*> pointers;
   for (const v1::Segment& segment : segments) pointers.push_back(&segment);

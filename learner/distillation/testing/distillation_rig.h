@@ -59,7 +59,7 @@ struct Visited {
 };
 std::vector<v1::Segment> MakeVisited(int64_t iteration,
                                      const Visited& visited = {});
-std::vector<const v1::Segment*> Pointers(
+std::vector<const v1::Segment*> SegmentPointers(
     const std::vector<v1::Segment>& segments);
 
 std::unique_ptr<DistillationLearner> MakeStudentLearner(
