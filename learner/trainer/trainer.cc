@@ -70,8 +70,7 @@ Trainer::Trainer(Options options, std::unique_ptr<Learner> learner,
       plateau_(options_.recipe.plateau()) {}
 
 absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
-    Options options, std::unique_ptr<Learner> learner,
-    Experience& experience) {
+    Options options, std::unique_ptr<Learner> learner, Experience& experience) {
   const v1::Recipe& recipe = options.recipe;
   SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
   SINEW_ASSIGN_OR_RETURN(
@@ -163,7 +162,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
     pointers.push_back(&segment);
   }
   SINEW_RETURN_IF_ERROR(learner_->Prepare(pointers));
-  report.learn_seconds = SecondsSince(prepare_start);
+  report.label_seconds = SecondsSince(prepare_start);
   // From here on nothing waits for others; a failure is fatal.
   at_rest_ = false;
   SINEW_RETURN_IF_ERROR(Absorb(collected.training));
@@ -174,7 +173,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
 
   const auto learn_start = std::chrono::steady_clock::now();
   SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
-  report.learn_seconds += SecondsSince(learn_start);
+  report.learn_seconds = SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();
   FinishEvaluations(collected.evaluation, report);
   curriculum_->Reweigh();

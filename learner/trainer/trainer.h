@@ -42,9 +42,10 @@ struct IterationReport {
   v1::StageSeconds rollout_seconds;
   // Seconds of actor threads spent on evaluations that took effect now.
   double evaluation_core_seconds = 0;
-  // Wall seconds of this iteration: waiting for segments, learning (the
-  // update alone), making and publishing the next snapshot.
-  double wait_seconds = 0, learn_seconds = 0, publish_seconds = 0;
+  // Wall seconds of this iteration: waiting for segments, preparing (labels),
+  // learning (the update alone), making and publishing the next snapshot.
+  double wait_seconds = 0, label_seconds = 0, learn_seconds = 0,
+         publish_seconds = 0;
   // An evaluation that took effect after this iteration.
   std::optional<EvaluationSummary> evaluation;
   int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
