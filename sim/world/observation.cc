@@ -121,6 +121,11 @@ absl::Status CheckRecipe(const Observation& recipe) {
   return absl::OkStatus();
 }
 
+bool IsSelf(Observation::Block block) {
+  return block == Observation::BLOCK_SELF_JOINT_SPACE ||
+         block == Observation::BLOCK_SELF_CONTACT;
+}
+
 // "a/x", "a/y", "a/z".
 void AddAxes(const std::string& prefix, std::vector<std::string>& names) {
   for (const char* axis : Writer::kVectorNames) {
@@ -174,6 +179,18 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
     builder.width_ += builder.BlockWidth(block);
   }
   return builder;
+}
+
+ObservationBuilder ObservationBuilder::SelfPart() const {
+  ObservationBuilder part = *this;
+  part.blocks_.erase(
+      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelf),
+      part.blocks_.end());
+  part.width_ = 0;
+  for (Observation::Block block : part.blocks_) {
+    part.width_ += BlockWidth(block);
+  }
+  return part;
 }
 
 bool ObservationBuilder::Has(Observation::Block block) const {

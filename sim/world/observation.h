@@ -77,6 +77,11 @@ class ObservationBuilder {
   // True if that block is part of the observation.
   bool Has(v1::Observation::Block block) const;
 
+  // The leading blocks of the body's own state (SELF_...) alone: the first
+  // columns of this observation, bit for bit, and the same whatever the
+  // reference is. Width 0 where another block comes first.
+  ObservationBuilder SelfPart() const;
+
   // Writes [width] float32.
   void Build(const ObservationInput& input, absl::Span<float> out) const;
 
