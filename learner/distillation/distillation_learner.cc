@@ -117,7 +117,7 @@ class Distillation final : public DistillationLearner {
            prepared_for_ == std::vector<const v1::Segment*>(segments.begin(),
                                                             segments.end());
   }
-  // One after another, on the ranks, in no order.
+  // All valid rows in one call, which the annotator divides as it sees fit.
   absl::StatusOr<std::vector<Prepared>> Label(
       absl::Span<const v1::Segment* const> segments,
       absl::Span<const SegmentView> views);
@@ -188,18 +188,22 @@ absl::Status Distillation::Prepare(
 absl::StatusOr<std::vector<Prepared>> Distillation::Label(
     absl::Span<const v1::Segment* const> segments,
     absl::Span<const SegmentView> views) {
+  SINEW_ASSIGN_OR_RETURN(const std::vector<double> targets,
+                         AskTargets(segments, views, labels_, annotator_));
+  std::vector<absl::Span<const double>> parts;
+  absl::Span<const double> rest = targets;
+  for (const SegmentView& view : views) {
+    const size_t size = CountValid(view) * labels_.shape.action;
+    parts.push_back(rest.subspan(0, size));
+    rest.remove_prefix(size);
+  }
   std::vector<Prepared> prepared(segments.size());
-  SINEW_RETURN_IF_ERROR(pool_.TryRun(
-      static_cast<int>(segments.size()), [&](int i) -> absl::Status {
-        SINEW_ASSIGN_OR_RETURN(
-            const LabelledSequences sequences,
-            LabelSegment(*segments[i], views[i], labels_, annotator_));
-        prepared[i].chunk = MakeChunk(sequences, labels_.shape);
-        prepared[i].moments = Moments(labels_.shape.observation);
-        ComputeMoments(views[i].observation, views[i].valid,
-                       prepared[i].moments);
-        return absl::OkStatus();
-      }));
+  pool_.Run(static_cast<int>(segments.size()), [&](int i) {
+    prepared[i].chunk = MakeChunk(
+        LabelSegment(*segments[i], views[i], labels_, parts[i]), labels_.shape);
+    prepared[i].moments = Moments(labels_.shape.observation);
+    ComputeMoments(views[i].observation, views[i].valid, prepared[i].moments);
+  });
   return prepared;
 }
 

@@ -122,16 +122,15 @@ TEST(DistillationLearner, GivesTheSameAfterAPrepareAsWithoutOne) {
   EXPECT_EQ(Bits(*one), Bits(*two));
 }
 
-TEST(DistillationLearner, ShowsTheTeacherValidRowsAloneInCallsOfItsSize) {
+TEST(DistillationLearner, ShowsTheTeacherValidRowsAloneInOneCall) {
   SyntheticTeacher teacher;
-  teacher.mutable_description().set_max_rows(10);
   const auto learner = MakeStudentLearner(StudentRecipe(), teacher);
 
   const UpdateStatistics statistics = UpdateOnce(*learner, 0);
 
   EXPECT_EQ(teacher.rows_seen, statistics.samples);
   EXPECT_LT(statistics.samples, 16 * kHorizon);
-  EXPECT_LE(teacher.largest_call, 10);
+  EXPECT_EQ(teacher.calls, 1);
 }
 
 TEST(DistillationLearner, SaysWhatAnUpdateDid) {

@@ -41,62 +41,35 @@ std::vector<int64_t> ValidRows(const SegmentView& view) {
   return rows;
 }
 
-// The rows of a column of that width, one behind the other.
+// Appends the rows of a column of that width.
 template <typename T>
-std::vector<T> Gather(absl::Span<const T> column, int64_t width,
-                      absl::Span<const int64_t> rows) {
-  std::vector<T> gathered;
-  gathered.reserve(rows.size() * width);
+void Append(absl::Span<const T> column, int64_t width,
+            absl::Span<const int64_t> rows, std::vector<T>& into) {
   for (const int64_t row : rows) {
     const auto values = column.subspan(row * width, width);
-    gathered.insert(gathered.end(), values.begin(), values.end());
+    into.insert(into.end(), values.begin(), values.end());
   }
-  return gathered;
 }
 
-absl::Status Ask(teacher::Annotator& annotator, const SequenceShape& shape,
-                 absl::Span<const float> observations,
-                 absl::Span<const double> bases, absl::Span<double> targets) {
-  const int32_t limit = annotator.description().max_rows();
-  const int64_t rows = static_cast<int64_t>(targets.size()) / shape.action;
-  const int64_t step = limit > 0 ? limit : rows;
-  for (int64_t first = 0; first < rows; first += step) {
-    const int64_t count = std::min(step, rows - first);
-    const auto part = [&](auto span, int64_t width) {
-      return span.subspan(first * width, count * width);
-    };
-    SINEW_RETURN_IF_ERROR(annotator.Annotate(
-        {.observations = part(observations, shape.observation),
-         .bases = part(bases, shape.action)},
-        part(targets, shape.action)));
+// All targets of these segments' valid rows are finite.
+absl::Status CheckTargets(absl::Span<const v1::Segment* const> segments,
+                          absl::Span<const SegmentView> views, int64_t actions,
+                          const std::string& teacher,
+                          absl::Span<const double> targets) {
+  size_t i = 0;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    for (const int64_t row : ValidRows(views[s])) {
+      for (int64_t joint = 0; joint < actions; ++joint, ++i) {
+        if (std::isfinite(targets[i])) continue;
+        return AtOrder(
+            *segments[s],
+            absl::InternalError(absl::StrCat(
+                "teacher ", teacher, ": row ", row, ", joint ", joint,
+                ": expected a finite target, found ", targets[i])));
+      }
+    }
   }
   return absl::OkStatus();
-}
-
-// Targets [rows, A] of these rows of the segment.
-absl::StatusOr<std::vector<double>> Targets(const v1::Segment& segment,
-                                            const SegmentView& view,
-                                            absl::Span<const int64_t> rows,
-                                            const SequenceShape& shape,
-                                            teacher::Annotator& annotator) {
-  // An answer that leaves numbers out is none.
-  std::vector<double> targets(rows.size() * shape.action,
-                              std::numeric_limits<double>::quiet_NaN());
-  const absl::Status asked =
-      Ask(annotator, shape, Gather(view.observation, shape.observation, rows),
-          Gather(Doubles(segment, kTeacherBase), shape.action, rows),
-          absl::MakeSpan(targets));
-  if (!asked.ok()) return AtOrder(segment, asked);
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (std::isfinite(targets[i])) continue;
-    return AtOrder(
-        segment,
-        absl::InternalError(absl::StrCat(
-            "teacher ", annotator.description().bundle_sha256(), ": row ",
-            rows[i / shape.action], ", joint ", i % shape.action,
-            ": expected a finite target, found ", targets[i])));
-  }
-  return targets;
 }
 
 // Row t of environment e goes on from row t - 1.
@@ -151,14 +124,46 @@ absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
                      " steps, found ", view.steps)));
 }
 
-absl::StatusOr<LabelledSequences> LabelSegment(const v1::Segment& segment,
-                                               const SegmentView& view,
-                                               const LabelOptions& options,
-                                               teacher::Annotator& annotator) {
+int64_t CountValid(const SegmentView& view) {
+  return std::count_if(view.valid.begin(), view.valid.end(),
+                       [](uint8_t valid) { return valid != 0; });
+}
+
+absl::StatusOr<std::vector<double>> AskTargets(
+    absl::Span<const v1::Segment* const> segments,
+    absl::Span<const SegmentView> views, const LabelOptions& options,
+    teacher::Annotator& annotator) {
   const SequenceShape& shape = options.shape;
-  const std::vector<int64_t> rows = ValidRows(view);
-  SINEW_ASSIGN_OR_RETURN(const std::vector<double> targets,
-                         Targets(segment, view, rows, shape, annotator));
+  std::vector<float> observations;
+  std::vector<double> bases;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    const std::vector<int64_t> rows = ValidRows(views[s]);
+    Append(views[s].observation, shape.observation, rows, observations);
+    Append(Doubles(*segments[s], kTeacherBase), shape.action, rows, bases);
+  }
+  // An answer that leaves numbers out is none.
+  std::vector<double> targets(bases.size(),
+                              std::numeric_limits<double>::quiet_NaN());
+  if (targets.empty()) return targets;
+  const absl::Status asked = annotator.Annotate(
+      {.observations = observations, .bases = bases}, absl::MakeSpan(targets));
+  if (!asked.ok()) {
+    return absl::Status(
+        asked.code(),
+        absl::StrCat("labels of orders ", segments.front()->order_id(), " to ",
+                     segments.back()->order_id(), ": ", asked.message()));
+  }
+  SINEW_RETURN_IF_ERROR(CheckTargets(segments, views, shape.action,
+                                     annotator.description().bundle_sha256(),
+                                     targets));
+  return targets;
+}
+
+LabelledSequences LabelSegment(const v1::Segment& segment,
+                               const SegmentView& view,
+                               const LabelOptions& options,
+                               absl::Span<const double> targets) {
+  const SequenceShape& shape = options.shape;
   const absl::Span<const double> base = Doubles(segment, kBase);
   LabelledSequences result;
   result.order_id = segment.order_id();

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "learner/memory/memory_chunk.h"
 #include "learner/update/segment_view.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -31,20 +32,29 @@ absl::Status CheckLabelOptions(const LabelOptions& options);
 absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
                                           const LabelOptions& options);
 
-// Asks the teacher for the target of every valid row, in the student's units:
+// Asks the teacher for the targets of all valid rows of these segments, in one
+// call: [rows, A] rad, segment after segment, in each one step's environments
+// after another's. Rows that are not valid are not shown to the teacher.
+//
+// Blocking: as the annotator's. Errors: the annotator's, with the orders;
+// INTERNAL for targets that are not finite, with teacher, order and row.
+absl::StatusOr<std::vector<double>> AskTargets(
+    absl::Span<const v1::Segment* const> segments,
+    absl::Span<const SegmentView> views, const LabelOptions& options,
+    teacher::Annotator& annotator);
+
+// Rows of a segment that AskTargets asks for.
+int64_t CountValid(const SegmentView& view);
+
+// One segment with its targets [CountValid, A] in the student's units:
 //
 //   label = (target - base) / scale
 //
-// Rows that are not valid are not shown to the teacher. Calls have at most as
-// many rows as the teacher's description says.
-//
-// Thread-safety: any thread, as the annotator's. Blocking: as the annotator's.
-// Errors: the annotator's; INTERNAL for targets that are not finite; they name
-// the order.
-absl::StatusOr<LabelledSequences> LabelSegment(const v1::Segment& segment,
-                                               const SegmentView& view,
-                                               const LabelOptions& options,
-                                               teacher::Annotator& annotator);
+// Pure.
+LabelledSequences LabelSegment(const v1::Segment& segment,
+                               const SegmentView& view,
+                               const LabelOptions& options,
+                               absl::Span<const double> targets);
 
 }  // namespace sinew::learner
 

@@ -38,7 +38,7 @@ class SyntheticTeacher : public teacher::Annotator {
   absl::Status failure;
   bool answers_nan = false;
   std::atomic<int64_t> rows_seen = 0;
-  std::atomic<int64_t> largest_call = 0;
+  std::atomic<int64_t> calls = 0;
 
  private:
   v1::DescribeTeacherResponse description_;
