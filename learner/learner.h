@@ -63,8 +63,9 @@ struct StateChunk {
 //
 // Thread-safety: one caller. Ownership: owns its networks and threads.
 // Blocking: Update computes for up to seconds; Prepare (or Update) waits for
-// what it needs (labels) with a deadline. Errors: INVALID_ARGUMENT for segments or weights
-// that do not fit; what labelling failed with; nothing has changed then.
+// what it needs (labels) with a deadline. Errors: INVALID_ARGUMENT for segments
+// or weights that do not fit; what labelling failed with; nothing has changed
+// then.
 class Learner {
  public:
   virtual ~Learner() = default;
