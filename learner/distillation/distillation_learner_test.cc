@@ -45,14 +45,14 @@ TEST(DistillationLearner, LearnsWhatTheTeacherDoesThroughALatent) {
                     "kl_weight: 0 kl_weight_final: 0 continuity_weight: 0 } "
                     "network { latent { log_variance_low: -9 "
                     "log_variance_high: -3 } }"),
-      /*updates=*/60);
+      /*updates=*/80);
 
   EXPECT_LT(progress.last, progress.first / 10);
 }
 
 TEST(DistillationLearner, LearnsWhatTheTeacherDoesWithoutALatent) {
   const Progress progress =
-      Learn(PlainStudentRecipe("distillation { memory { rows: 1024 } }"), 40);
+      Learn(PlainStudentRecipe("distillation { memory { rows: 1024 } }"), 80);
 
   EXPECT_LT(progress.last, progress.first / 10);
 }
@@ -61,7 +61,7 @@ TEST(DistillationLearner, LearnsFromThePrioritisedMemory) {
   const Progress progress =
       Learn(PlainStudentRecipe("distillation { memory { rows: 1024 selector: "
                                "SELECTOR_PRIORITISED } }"),
-            40);
+            80);
 
   EXPECT_LT(progress.last, progress.first / 5);
 }
