@@ -234,7 +234,7 @@ class TrackingTask {
   BodyReader reader_;
   ObservationBuilder observation_;
   ActionLaw action_;
-  ActionLaw teacher_action_;  // of the recipe's defaults without distillation
+  ActionLaw teacher_action_;  // unused without distillation
   Actuation actuation_;
   RecoveryLaw recovery_;
   Randomisation randomisation_;
