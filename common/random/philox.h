@@ -19,8 +19,9 @@ enum class RandomPurpose : uint32_t {
   kRecovery = 20,       // kind and place of an episode's start
   kPush = 21,           // forces on the body
   kFallenState = 22,    // how a body is dropped
-  kSelection = 30,      // sequences of a minibatch (learner/memory)
-  kLatentNoise = 31,    // latents of a minibatch (learner/distillation)
+  kTeacher = 30,        // whether the teacher acts in an episode
+  kSelection = 31,      // sequences of a minibatch (learner/memory)
+  kLatentNoise = 32,    // latents of a minibatch (learner/distillation)
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/policy/safetensors.h"
+#include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/distillation_learner.h"
 #include "learner/distillation/testing/distillation_rig.h"
@@ -127,7 +128,9 @@ TEST(DistillationOptions, AreRefusedByNameWhereTheyDoNotFit) {
   EXPECT_THAT(create(no_teacher), StatusIs(absl::StatusCode::kInvalidArgument,
                                            HasSubstr("no teacher")));
   auto no_base = good;
-  no_base.layout.mutable_columns()->RemoveLast();
+  for (auto& column : *no_base.layout.mutable_columns()) {
+    if (column.name() == column::kBase) column.set_name("another");
+  }
   EXPECT_THAT(create(no_base), StatusIs(absl::StatusCode::kInvalidArgument,
                                         HasSubstr("column base")));
   auto no_scale = good;

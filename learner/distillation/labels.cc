@@ -15,9 +15,6 @@
 namespace sinew::learner {
 namespace {
 
-constexpr absl::string_view kTeacherBase = "teacher_base";
-constexpr absl::string_view kBase = "base";
-
 // A column that ViewSegment has checked. Protobuf's strings are aligned for any
 // number.
 absl::Span<const double> Doubles(const v1::Segment& segment,
@@ -84,11 +81,11 @@ bool IsLinked(const SegmentView& view, int64_t t, int64_t e) {
 }  // namespace
 
 absl::Status CheckLabelOptions(const LabelOptions& options) {
-  for (const absl::string_view name : {kTeacherBase, kBase}) {
+  for (const absl::string_view name : {column::kTeacherBase, column::kBase}) {
     const auto& columns = options.layout.columns();
     const auto found =
         std::find_if(columns.begin(), columns.end(),
-                     [&](const auto& column) { return column.name() == name; });
+                     [&](const auto& one) { return one.name() == name; });
     if (found != columns.end() && found->dtype() == v1::DATA_TYPE_FLOAT64 &&
         found->lead() == v1::SegmentLayout::LEAD_STEP &&
         found->shape_size() == 1 && found->shape(0) == options.shape.action) {
@@ -139,7 +136,8 @@ absl::StatusOr<std::vector<double>> AskTargets(
   for (size_t s = 0; s < segments.size(); ++s) {
     const std::vector<int64_t> rows = ValidRows(views[s]);
     Append(views[s].observation, shape.observation, rows, observations);
-    Append(Doubles(*segments[s], kTeacherBase), shape.action, rows, bases);
+    Append(Doubles(*segments[s], column::kTeacherBase), shape.action, rows,
+           bases);
   }
   // An answer that leaves numbers out is none.
   std::vector<double> targets(bases.size(),
@@ -164,7 +162,7 @@ LabelledSequences LabelSegment(const v1::Segment& segment,
                                const LabelOptions& options,
                                absl::Span<const double> targets) {
   const SequenceShape& shape = options.shape;
-  const absl::Span<const double> base = Doubles(segment, kBase);
+  const absl::Span<const double> base = Doubles(segment, column::kBase);
   LabelledSequences result;
   result.order_id = segment.order_id();
   result.observation.resize(view.rows() * shape.observation);

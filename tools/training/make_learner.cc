@@ -37,7 +37,7 @@ absl::StatusOr<std::unique_ptr<learner::Learner>> MakeDistillation(
                    .ranks = ranks,
                    .annotator = teacher.annotator.get(),
                    .layout = setup.layout,
-                   .action_scale = setup.action_scale,
+                   .action_scale = setup.action_scales,
                    .add_graphs = teacher.add_graph}));
   if (initial) {
     SINEW_RETURN_IF_ERROR(BeginWithInit(*initial, recipe, setup, *learner));

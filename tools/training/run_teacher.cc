@@ -20,13 +20,14 @@ namespace {
 constexpr char kTeacher[] = "teacher";
 
 absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads) {
-  SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy policy, ReadTeacher(folder));
+  SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy expert,
+                         teacher::ReadTeacher(folder));
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator,
-                         teacher::LocalAnnotator::Create(policy, threads));
-  result.source = bundle::MakeSource(kTeacher, policy.manifest);
-  result.add_graph = [graph = std::move(policy.graph),
-                      weights = std::move(policy.weights)](
+                         teacher::LocalAnnotator::Create(expert, threads));
+  result.source = bundle::MakeSource(kTeacher, expert.manifest);
+  result.add_graph = [graph = std::move(expert.graph),
+                      weights = std::move(expert.weights)](
                          v1::PolicyGraph& all, TensorMap& all_weights) {
     return policy::AddTeacherGraph(graph, weights, all, all_weights);
   };

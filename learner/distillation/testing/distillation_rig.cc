@@ -110,15 +110,7 @@ absl::Status SyntheticTeacher::Annotate(const teacher::Rows& rows,
 }
 
 v1::SegmentLayout StudentLayout() {
-  v1::SegmentLayout layout = MakeSegmentLayout(kObservation, kAction);
-  for (const char* name : {"teacher_base", "base"}) {
-    auto& column = *layout.add_columns();
-    column.set_name(name);
-    column.set_dtype(v1::DATA_TYPE_FLOAT64);
-    column.set_lead(v1::SegmentLayout::LEAD_STEP);
-    column.add_shape(kAction);
-  }
-  return layout;
+  return MakeSegmentLayout(kObservation, kAction, /*distillation=*/true);
 }
 
 std::vector<v1::Segment> MakeVisited(int64_t iteration,

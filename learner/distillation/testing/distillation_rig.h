@@ -45,7 +45,7 @@ class SyntheticTeacher : public teacher::Annotator {
   const std::vector<double> spread_;
 };
 
-// MakeSegmentLayout with what distillations add.
+// Of segments with the columns that distillations add.
 v1::SegmentLayout StudentLayout();
 
 // The segments of an iteration: observations are drawn anew for every step from
