@@ -128,8 +128,8 @@ TEST(DistillationOptions, AreRefusedByNameWhereTheyDoNotFit) {
   EXPECT_THAT(create(no_teacher), StatusIs(absl::StatusCode::kInvalidArgument,
                                            HasSubstr("no teacher")));
   auto no_base = good;
-  for (auto& column : *no_base.layout.mutable_columns()) {
-    if (column.name() == column::kBase) column.set_name("another");
+  for (auto& one : *no_base.layout.mutable_columns()) {
+    if (one.name() == column::kBase) one.set_name("another");
   }
   EXPECT_THAT(create(no_base), StatusIs(absl::StatusCode::kInvalidArgument,
                                         HasSubstr("column base")));
