@@ -41,6 +41,15 @@ SequenceShape ShapeOf(const v1::Recipe& recipe,
           .action = options.action_width};
 }
 
+// Segments are functions of their orders.
+std::vector<int64_t> OrdersOf(absl::Span<const v1::Segment* const> segments) {
+  std::vector<int64_t> orders;
+  for (const v1::Segment* segment : segments) {
+    orders.push_back(segment->order_id());
+  }
+  return orders;
+}
+
 // One segment, labelled.
 struct Prepared {
   StateChunk chunk;
@@ -113,9 +122,7 @@ class Distillation final : public DistillationLearner {
 
  private:
   bool IsPrepared(absl::Span<const v1::Segment* const> segments) const {
-    return !prepared_.empty() &&
-           prepared_for_ == std::vector<const v1::Segment*>(segments.begin(),
-                                                            segments.end());
+    return !prepared_.empty() && prepared_for_ == OrdersOf(segments);
   }
   // All valid rows in one call, which the annotator divides as it sees fit.
   absl::StatusOr<std::vector<Prepared>> Label(
@@ -159,7 +166,7 @@ class Distillation final : public DistillationLearner {
   double std_factor_ = 1;
   double learning_rate_factor_ = 1;  // by annealing
   // Of the next update, and how long the teacher took.
-  std::vector<const v1::Segment*> prepared_for_;
+  std::vector<int64_t> prepared_for_;  // orders
   std::vector<Prepared> prepared_;
   double label_seconds_ = 0;
 };
@@ -181,7 +188,7 @@ absl::Status Distillation::Prepare(
   label_seconds_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
           .count();
-  prepared_for_.assign(segments.begin(), segments.end());
+  prepared_for_ = OrdersOf(segments);
   return absl::OkStatus();
 }
 
