@@ -32,7 +32,8 @@ absl::StatusOr<LatentNetworks::Network> LatentNetworks::MakeNetwork(
     const std::vector<std::string>& taps) {
   Network network;
   SINEW_ASSIGN_OR_RETURN(
-      const auto pack, policy::PackWeights(bundle.graph, graph, bundle.weights));
+      const auto pack,
+      policy::PackWeights(bundle.graph, graph, bundle.weights));
   SINEW_ASSIGN_OR_RETURN(network.executor,
                          policy::Executor::Create(pack, /*max_batch=*/1));
   for (const std::string& input : inputs) {
@@ -53,12 +54,12 @@ absl::StatusOr<std::unique_ptr<LatentNetworks>> LatentNetworks::Create(
   }
   auto made = absl::WrapUnique(new LatentNetworks());
   made->width_ = static_cast<int>(bundle.manifest.latent_width());
-  SINEW_ASSIGN_OR_RETURN(made->encoder_,
-                         MakeNetwork(bundle, bundle::kEncoder, {"observation"},
-                                     {"mean", "std"}));
-  SINEW_ASSIGN_OR_RETURN(made->prior_,
-                         MakeNetwork(bundle, bundle::kPrior,
-                                     {"self_observation"}, {"mean", "std"}));
+  SINEW_ASSIGN_OR_RETURN(
+      made->encoder_,
+      MakeNetwork(bundle, bundle::kEncoder, {"observation"}, {"mean", "std"}));
+  SINEW_ASSIGN_OR_RETURN(
+      made->prior_, MakeNetwork(bundle, bundle::kPrior, {"self_observation"},
+                                {"mean", "std"}));
   SINEW_ASSIGN_OR_RETURN(
       made->decoder_, MakeNetwork(bundle, bundle::kDecoder,
                                   {"self_observation", "latent"}, {"action"}));

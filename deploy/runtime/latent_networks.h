@@ -14,8 +14,8 @@
 namespace sinew::runtime {
 
 // The networks of a bundle with a latent (deploy/bundle/latent_graphs.h), one
-// row at a time. O observation columns, S of them the body's own state, Z of the
-// latent, A actions. Numbers are not checked: NaN in gives NaN out.
+// row at a time. O observation columns, S of them the body's own state, Z of
+// the latent, A actions. Numbers are not checked: NaN in gives NaN out.
 //
 //   Gaussian z = networks.Encode(observation);   // or networks.Prior(own)
 //   networks.Decode(own, z.mean)  ->  what "policy" does without noise

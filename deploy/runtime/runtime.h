@@ -40,9 +40,9 @@ namespace sinew::runtime {
 // Thread-safety: one caller; any number of objects. Ownership: owns bundle,
 // library and buffers; poses are borrowed for the call. Blocking: Open and
 // LoadLibrary read files; all that is done in a control step neither allocates
-// (unless it fails) nor locks. Errors: INVALID_ARGUMENT names the number that is wrong,
-// FAILED_PRECONDITION the call that is missing, INTERNAL a policy that gave
-// numbers that are not finite; the object is then as before the call.
+// (unless it fails) nor locks. Errors: INVALID_ARGUMENT names the number that
+// is wrong, FAILED_PRECONDITION the call that is missing, INTERNAL a policy
+// that gave numbers that are not finite; the object is then as before the call.
 class Runtime {
  public:
   using Align = ReferenceFeed::Align;
@@ -85,7 +85,8 @@ class Runtime {
   int latent_width() const;
   int self_observation_width() const;
 
-  // What prior and decoder see of a state, [S]: the observation's first columns.
+  // What prior and decoder see of a state, [S]: the observation's first
+  // columns.
   absl::Status SelfObservation(const Pose& state, absl::Span<float> out);
 
   // What the reference asks for: mean and standard deviation of the latent, [Z]

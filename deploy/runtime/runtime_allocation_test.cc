@@ -80,12 +80,12 @@ TEST(RuntimeAllocation, NorDoesWhatIsDoneWithALatent) {
   for (int step = 0; step < 20; ++step) {
     const Pose& pose = body.pose();
     ok = ok && policy->SelfObservation(pose, absl::MakeSpan(own)).ok();
-    ok = ok && policy->Encode(pose, absl::MakeSpan(mean),
-                              absl::MakeSpan(spread))
-                   .ok();
+    ok =
+        ok &&
+        policy->Encode(pose, absl::MakeSpan(mean), absl::MakeSpan(spread)).ok();
     ok = ok && policy->Decode(pose, mean, body.target()).ok();
-    ok = ok && policy->Prior(pose, absl::MakeSpan(mean), absl::MakeSpan(spread))
-                   .ok();
+    ok = ok &&
+         policy->Prior(pose, absl::MakeSpan(mean), absl::MakeSpan(spread)).ok();
     ok = ok && policy->Sample(pose, mean, body.target()).ok();
     ok = ok && body.Step().ok();
   }

@@ -39,9 +39,8 @@ absl::Status Runtime::ReadLatent(absl::string_view what,
   for (size_t i = 0; i < values.size(); ++i) {
     latent_input_[i] = static_cast<float>(values[i]);
     if (std::isfinite(latent_input_[i])) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat(what, "[", i, "]: expected a finite float32, found ",
-                     values[i]));
+    return absl::InvalidArgumentError(absl::StrCat(
+        what, "[", i, "]: expected a finite float32, found ", values[i]));
   }
   return absl::OkStatus();
 }

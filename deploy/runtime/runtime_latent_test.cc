@@ -32,9 +32,9 @@ struct LatentRig {
   LatentRig()
       : toy(world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe())) {
     const std::string directory = JoinPath(toy.folder, "bundle");
-    EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyLatentContent(toy),
-                                    directory),
-                IsOk());
+    EXPECT_THAT(
+        bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
+        IsOk());
     stepping = *Runtime::Open(directory);
     steered = *Runtime::Open(directory);
     for (Runtime* runtime : {stepping.get(), steered.get()}) {
@@ -74,8 +74,7 @@ TEST(LatentRuntime, DecodedMeansAreTheStepsOfThePolicyBitForBit) {
 
     EXPECT_EQ(steered, std::vector<double>(rig.body->target().begin(),
                                            rig.body->target().end()));
-    EXPECT_EQ(rig.steered->previous_target(),
-              rig.stepping->previous_target());
+    EXPECT_EQ(rig.steered->previous_target(), rig.stepping->previous_target());
     ASSERT_THAT(rig.body->Step(), IsOk());
   }
 }
@@ -86,10 +85,10 @@ TEST(LatentRuntime, GivenFramesAreEncodedAsTheyAreSteppedTo) {
   ASSERT_THAT(rig.stepping->ReadReference(1, &frame), IsOk());
   const Pose given = frame.pose();
 
-  ASSERT_THAT(rig.steered->EncodeTo(rig.body->pose(), {&given, 1},
-                                    absl::MakeSpan(rig.mean),
-                                    absl::MakeSpan(rig.std)),
-              IsOk());
+  ASSERT_THAT(
+      rig.steered->EncodeTo(rig.body->pose(), {&given, 1},
+                            absl::MakeSpan(rig.mean), absl::MakeSpan(rig.std)),
+      IsOk());
   const auto steered = TargetOf(*rig.steered, rig.body->pose(), rig.mean);
 
   ASSERT_THAT(rig.stepping->StepTo(rig.body->pose(), {&given, 1},
@@ -236,9 +235,8 @@ TEST(LatentRuntime, SaysThatABundleHasNoLatent) {
   Simulation body(*rig.runtime);
   std::vector<double> six(6), target(4);
   std::vector<float> own(33);
-  const auto refused =
-      StatusIs(absl::StatusCode::kFailedPrecondition,
-               HasSubstr("this bundle has no latent"));
+  const auto refused = StatusIs(absl::StatusCode::kFailedPrecondition,
+                                HasSubstr("this bundle has no latent"));
   const auto numbers = absl::MakeSpan(six);
 
   EXPECT_EQ(rig.runtime->latent_width(), 0);

@@ -258,8 +258,8 @@ int sinew_prior(sinew_runtime* runtime, const sinew_pose* state, double* mean,
   if (state == nullptr) return Null(runtime, "state");
   if (mean == nullptr) return Null(runtime, "mean");
   if (std == nullptr) return Null(runtime, "std");
-  return runtime->Result(runtime->runtime->Prior(*state, Numbers(mean, size),
-                                                 Numbers(std, size)));
+  return runtime->Result(
+      runtime->runtime->Prior(*state, Numbers(mean, size), Numbers(std, size)));
 }
 
 int sinew_decode(sinew_runtime* runtime, const sinew_pose* state,
@@ -267,8 +267,8 @@ int sinew_decode(sinew_runtime* runtime, const sinew_pose* state,
   if (state == nullptr) return Null(runtime, "state");
   if (latent == nullptr) return Null(runtime, "latent");
   if (target == nullptr) return Null(runtime, "target");
-  return runtime->Result(runtime->runtime->Decode(
-      *state, Numbers(latent, size), Joints(runtime, target)));
+  return runtime->Result(runtime->runtime->Decode(*state, Numbers(latent, size),
+                                                  Joints(runtime, target)));
 }
 
 int sinew_sample(sinew_runtime* runtime, const sinew_pose* state,
@@ -276,8 +276,8 @@ int sinew_sample(sinew_runtime* runtime, const sinew_pose* state,
   if (state == nullptr) return Null(runtime, "state");
   if (noise == nullptr) return Null(runtime, "noise");
   if (target == nullptr) return Null(runtime, "target");
-  return runtime->Result(runtime->runtime->Sample(
-      *state, Numbers(noise, size), Joints(runtime, target)));
+  return runtime->Result(runtime->runtime->Sample(*state, Numbers(noise, size),
+                                                  Joints(runtime, target)));
 }
 
 }  // extern "C"

@@ -33,9 +33,9 @@ struct LatentHandle {
     policy = sinew_open(path.c_str(), nullptr, 0);
     EXPECT_EQ(sinew_load_library(policy, toy.library_folder.c_str()), 0);
     EXPECT_EQ(sinew_play(policy, "turn", 0, SINEW_ALIGN_NONE), 0);
-    EXPECT_EQ(sinew_reference(policy, 0, position, rotation, velocity, rate, q,
-                              dq),
-              0);
+    EXPECT_EQ(
+        sinew_reference(policy, 0, position, rotation, velocity, rate, q, dq),
+        0);
     state.joint_position = q;
     state.joint_velocity = dq;
     state.root_rotation = rotation;

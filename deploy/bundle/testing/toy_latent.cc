@@ -181,8 +181,8 @@ class LatentWriter {
   void Decoder(const std::string& latent) {
     Node("decoder_input", v1::OP_CONCAT, {"own_clipped", latent});
     Hidden("decoder", "decoder_input", w_.self + w_.latent);
-    Linear("action", "decoder_hidden_0_activation", "decoder/action",
-           w_.action, kHidden);
+    Linear("action", "decoder_hidden_0_activation", "decoder/action", w_.action,
+           kHidden);
     Tap("action", "action").set_executed(true);
   }
 

@@ -19,10 +19,9 @@ using sinew::runtime::Simulation;
 // N(0, 1) times `scale`; 0: always what the prior thinks likeliest.
 void Draw(uint64_t step, double scale, std::vector<double>& noise) {
   std::vector<float> normal(noise.size());
-  sinew::FillNormal({.seed = 1,
-                     .step = step,
-                     .purpose = sinew::RandomPurpose::kAction},
-                    absl::MakeSpan(normal));
+  sinew::FillNormal(
+      {.seed = 1, .step = step, .purpose = sinew::RandomPurpose::kAction},
+      absl::MakeSpan(normal));
   for (size_t i = 0; i < noise.size(); ++i) noise[i] = scale * normal[i];
 }
 

@@ -172,9 +172,8 @@ TEST(Sample, SaysThatABundleHasNoLatent) {
   ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
               IsOk());
 
-  const Outcome outcome =
-      Run({Runfile("sinew/deploy/runtime/examples/sample"), bundle,
-           toy.library_folder});
+  const Outcome outcome = Run({Runfile("sinew/deploy/runtime/examples/sample"),
+                               bundle, toy.library_folder});
 
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.output, HasSubstr("this bundle has no latent"));
