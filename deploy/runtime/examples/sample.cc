@@ -1,5 +1,6 @@
 // Lets the prior alone move the body in MuJoCo, from where the library's first
 // clip begins: sample BUNDLE LIBRARY [SECONDS [NOISE]].
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>

@@ -40,7 +40,7 @@ struct Outcome {
   std::string output;
 };
 
-Outcome Run(std::vector<std::string> argv) {
+Outcome RunProgram(std::vector<std::string> argv) {
   const std::string log = JoinPath(std::getenv("TEST_TMPDIR"), "output.txt");
   EXPECT_THAT(RemoveRecursively(log), IsOk());
   auto child =
@@ -90,10 +90,11 @@ std::string WriteRows(const std::string& folder, const std::string& name,
 Outcome RunScript(const std::string& bundle, const std::string& folder,
                   const std::vector<float>& states,
                   const std::vector<float>& noise, const std::string& actions) {
-  return Run({"python3.11",
-              Runfile("sinew/deploy/runtime/examples/sample_with_onnx.py"),
-              bundle, WriteRows(folder, "states.txt", states),
-              WriteRows(folder, "noise.txt", noise), actions});
+  return RunProgram(
+      {"python3.11",
+       Runfile("sinew/deploy/runtime/examples/sample_with_onnx.py"), bundle,
+       WriteRows(folder, "states.txt", states),
+       WriteRows(folder, "noise.txt", noise), actions});
 }
 
 std::vector<double> ParseNumbers(const std::string& text) {
@@ -157,8 +158,8 @@ TEST(Sample, MovesTheBodyByThePriorAndSaysWhereItsRootIs) {
   const LatentFolder folder;
 
   const Outcome outcome =
-      Run({Runfile("sinew/deploy/runtime/examples/sample"), folder.bundle,
-           folder.toy.library_folder, "0.5"});
+      RunProgram({Runfile("sinew/deploy/runtime/examples/sample"),
+                  folder.bundle, folder.toy.library_folder, "0.5"});
 
   EXPECT_EQ(outcome.code, 0) << outcome.output;
   EXPECT_THAT(outcome.output,
@@ -172,8 +173,9 @@ TEST(Sample, SaysThatABundleHasNoLatent) {
   ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
               IsOk());
 
-  const Outcome outcome = Run({Runfile("sinew/deploy/runtime/examples/sample"),
-                               bundle, toy.library_folder});
+  const Outcome outcome =
+      RunProgram({Runfile("sinew/deploy/runtime/examples/sample"), bundle,
+                  toy.library_folder});
 
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.output, HasSubstr("this bundle has no latent"));
