@@ -142,7 +142,7 @@ TEST(LatentBundle, RefusesGraphsThatSeeAnotherPartOfTheObservation) {
   EXPECT_THAT(
       WriteEdited([](BundleContent& content) {
         content.graph = testing::LatentGraphs({.self = 30});
-        content.weights = testing::LatentWeights(content.graph);
+        content.weights = testing::LatentWeights({.self = 30});
       }),
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("graph \"prior\": inputs: expected self_observation "

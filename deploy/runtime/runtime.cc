@@ -221,6 +221,12 @@ void Runtime::PlaceBody(const Pose& state) {
   reader_.Read(data_.get(), &body_);
 }
 
+void Runtime::ShowPreviousTarget(const Pose& state) {
+  std::copy_n(state.previous_target == nullptr ? previous_target_.data()
+                                               : state.previous_target,
+              shown_target_.size(), shown_target_.begin());
+}
+
 void Runtime::Observe(const Pose& state) {
   plane_ = feed_->RootNow();
   PlaceBody(state);
@@ -229,9 +235,7 @@ void Runtime::Observe(const Pose& state) {
     world::ReadFootContacts(character(), data_.get(),
                             absl::MakeSpan(self_contact_));
   }
-  std::copy_n(state.previous_target == nullptr ? previous_target_.data()
-                                               : state.previous_target,
-              shown_target_.size(), shown_target_.begin());
+  ShowPreviousTarget(state);
   builder_.Build({.body = &body_,
                   .reference = feed_->observed(),
                   .reference_contact = feed_->observed_contact(),

@@ -101,8 +101,9 @@ class Runtime {
                      absl::Span<double> std);
 
   // Targets [J] rad of a latent [Z], and of N(0, 1) noise [Z] that becomes one
-  // around the prior's mean. They need neither reference nor Reset; the target
-  // is the previous one of the next step. Numbers are rounded to float32.
+  // around the prior's mean. They need no reference, and a Reset only where the
+  // body's own state has the previous target in it; the target is the previous
+  // one of the next step. Numbers are rounded to float32.
   absl::Status Decode(const Pose& state, absl::Span<const double> latent,
                       absl::Span<double> target);
   absl::Status Sample(const Pose& state, absl::Span<const double> noise,
@@ -125,6 +126,7 @@ class Runtime {
   static absl::Status CheckFinite(absl::string_view what,
                                   absl::Span<const float> values);
   void PlaceBody(const Pose& state);
+  void ShowPreviousTarget(const Pose& state);
   void Observe(const Pose& state);
   absl::Status Act(const Pose& state, absl::Span<double> target);
   // new_target_ becomes the previous one, and the caller's.
@@ -139,6 +141,7 @@ class Runtime {
   static absl::Status GiveGaussian(const LatentNetworks::Gaussian& latent,
                                    absl::Span<double> mean,
                                    absl::Span<double> std);
+  absl::Status CheckSelf(const Pose& state) const;
   void ObserveSelf(const Pose& state);
   absl::Status EncodeObserved(const Pose& state, absl::Span<double> mean,
                               absl::Span<double> std);

@@ -45,16 +45,27 @@ absl::Status Runtime::ReadLatent(absl::string_view what,
   return absl::OkStatus();
 }
 
+absl::Status Runtime::CheckSelf(const Pose& state) const {
+  if (self_builder_.Has(v1::Observation::BLOCK_PREVIOUS_TARGET) &&
+      state.previous_target == nullptr && !is_reset_) {
+    return absl::FailedPreconditionError(
+        "state.previous_target: expected numbers or a reset first, found "
+        "neither");
+  }
+  return CheckPose(state, state_needs_, "state");
+}
+
 void Runtime::ObserveSelf(const Pose& state) {
   PlaceBody(state);
   if (self_builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     world::ReadFootContacts(character(), data_.get(),
                             absl::MakeSpan(self_contact_));
   }
+  ShowPreviousTarget(state);
   self_builder_.Build({.body = &body_,
                        .reference = {},
                        .reference_contact = {},
-                       .previous_target = {},
+                       .previous_target = shown_target_,
                        .self_contact = self_contact_},
                       absl::MakeSpan(self_observation_));
 }
@@ -67,7 +78,7 @@ absl::Status Runtime::SelfObservation(const Pose& state,
         absl::StrCat("self_observation: expected room for ",
                      self_observation_.size(), " numbers, found ", out.size()));
   }
-  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
   std::copy(self_observation_.begin(), self_observation_.end(), out.begin());
   return absl::OkStatus();
@@ -115,7 +126,7 @@ absl::Status Runtime::EncodeTo(const Pose& state, absl::Span<const Pose> frames,
 absl::Status Runtime::Prior(const Pose& state, absl::Span<double> mean,
                             absl::Span<double> std) {
   SINEW_RETURN_IF_ERROR(CheckGaussian(mean, std));
-  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
   return GiveGaussian(latent_->Prior(self_observation_), mean, std);
 }
@@ -124,7 +135,7 @@ absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,
                              absl::Span<double> target) {
   SINEW_RETURN_IF_ERROR(ReadLatent("latent", latent));
   SINEW_RETURN_IF_ERROR(CheckTarget(target));
-  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
   return ActBlindly(latent_->Decode(self_observation_, latent_input_), target);
 }
@@ -133,7 +144,7 @@ absl::Status Runtime::Sample(const Pose& state, absl::Span<const double> noise,
                              absl::Span<double> target) {
   SINEW_RETURN_IF_ERROR(ReadLatent("noise", noise));
   SINEW_RETURN_IF_ERROR(CheckTarget(target));
-  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
   return ActBlindly(latent_->Sample(self_observation_, latent_input_), target);
 }

@@ -150,6 +150,35 @@ TEST(LatentRuntime, NeedsNeitherReferenceNorResetToSample) {
   EXPECT_EQ(fresh->previous_target()[2], rig.body->pose().joint_position[2]);
 }
 
+TEST(LatentRuntime, WantsAPreviousTargetWhereTheBodysStateHasOne) {
+  v1::Recipe recipe = bundle::testing::ToyLatentRecipe();
+  v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+  observation.clear_blocks();
+  observation.add_blocks(v1::Observation::BLOCK_SELF_JOINT_SPACE);
+  observation.add_blocks(v1::Observation::BLOCK_PREVIOUS_TARGET);
+  observation.add_blocks(v1::Observation::BLOCK_SELF_CONTACT);
+  observation.add_blocks(v1::Observation::BLOCK_REFERENCE_DIFFERENCE);
+  LatentRig rig(recipe, {.self = 33 + 4 + 2, .observation = 39 + 35});
+  const auto fresh = *Runtime::Open(JoinPath(rig.toy.folder, "bundle"));
+  const auto target = absl::MakeSpan(rig.target);
+  const Pose& pose = rig.body->pose();
+
+  EXPECT_THAT(fresh->Sample(pose, Latent(kWidth), target),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("state.previous_target: expected numbers or "
+                                 "a reset first")));
+  ASSERT_THAT(fresh->Reset(pose, nullptr), IsOk());
+  EXPECT_THAT(fresh->Sample(pose, Latent(kWidth), target), IsOk());
+
+  // The same parity as without.
+  ASSERT_THAT(rig.steered->Encode(pose, absl::MakeSpan(rig.mean),
+                                  absl::MakeSpan(rig.std)),
+              IsOk());
+  const auto steered = TargetOf(*rig.steered, pose, rig.mean);
+  ASSERT_THAT(rig.stepping->Step(pose, target), IsOk());
+  EXPECT_EQ(steered, rig.target);
+}
+
 TEST(LatentRuntime, TargetsStandAroundTheCurrentPose) {
   LatentRig rig;
   Pose bent = rig.body->pose();

@@ -144,8 +144,9 @@ int sinew_encode(sinew_runtime* runtime, const sinew_pose* state,
 int sinew_prior(sinew_runtime* runtime, const sinew_pose* state, double* mean,
                 double* std, int size);
 /* One control step: targets [J] rad of a latent [size]; of N(0, 1) noise [size]
- * that becomes a latent around the prior's mean. Neither needs a reset; the
- * target counts as the previous one, as sinew_step's does. */
+ * that becomes a latent around the prior's mean. They need a reset only where
+ * the policy observes the previous target before any reference; theirs counts
+ * as the previous one, as sinew_step's does. */
 int sinew_decode(sinew_runtime* runtime, const sinew_pose* state,
                  const double* latent, int size, double* target);
 int sinew_sample(sinew_runtime* runtime, const sinew_pose* state,

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
+#include "common/config/recipe.h"
 #include "sim/world/body_goal.h"
 #include "sim/world/observation_writer.h"
 
@@ -121,11 +122,6 @@ absl::Status CheckRecipe(const Observation& recipe) {
   return absl::OkStatus();
 }
 
-bool IsSelf(Observation::Block block) {
-  return block == Observation::BLOCK_SELF_JOINT_SPACE ||
-         block == Observation::BLOCK_SELF_CONTACT;
-}
-
 // "a/x", "a/y", "a/z".
 void AddAxes(const std::string& prefix, std::vector<std::string>& names) {
   for (const char* axis : Writer::kVectorNames) {
@@ -175,8 +171,11 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
   builder.frames_ahead_.assign(recipe.frames_ahead().begin(),
                                recipe.frames_ahead().end());
   if (builder.frames_ahead_.empty()) builder.frames_ahead_ = {1};
+  bool own = true;  // so far
   for (Observation::Block block : builder.blocks_) {
+    own = own && IsSelfBlock(block);
     builder.width_ += builder.BlockWidth(block);
+    if (own) builder.self_width_ = builder.width_;
   }
   return builder;
 }
@@ -184,12 +183,9 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
 ObservationBuilder ObservationBuilder::SelfPart() const {
   ObservationBuilder part = *this;
   part.blocks_.erase(
-      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelf),
+      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelfBlock),
       part.blocks_.end());
-  part.width_ = 0;
-  for (Observation::Block block : part.blocks_) {
-    part.width_ += BlockWidth(block);
-  }
+  part.width_ = self_width_;
   return part;
 }
 
