@@ -14,6 +14,7 @@
 #include "deploy/runtime/testing/runtime_rig.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::runtime {
@@ -29,12 +30,14 @@ using Latent = std::vector<double>;
 
 // Two runtimes of one bundle with a latent, and a body that both look at.
 struct LatentRig {
-  LatentRig()
-      : toy(world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe())) {
+  explicit LatentRig(
+      const v1::Recipe& recipe = bundle::testing::ToyLatentRecipe(),
+      const bundle::testing::LatentWidths& widths = {})
+      : toy(world::testing::MakeToyWorld(recipe)) {
     const std::string directory = JoinPath(toy.folder, "bundle");
-    EXPECT_THAT(
-        bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
-        IsOk());
+    EXPECT_THAT(bundle::WriteBundle(
+                    bundle::testing::ToyLatentContent(toy, widths), directory),
+                IsOk());
     stepping = *Runtime::Open(directory);
     steered = *Runtime::Open(directory);
     for (Runtime* runtime : {stepping.get(), steered.get()}) {

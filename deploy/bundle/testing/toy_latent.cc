@@ -73,9 +73,11 @@ v1::Recipe ToyLatentRecipe() {
   return recipe;
 }
 
-BundleContent ToyLatentContent(const world::testing::ToyWorld& toy) {
+BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
+                               const LatentWidths& widths) {
   ContentInputs inputs = ToyInputs(toy);
-  const std::string snapshot = SerializeDeterministically(LatentSnapshot());
+  const std::string snapshot =
+      SerializeDeterministically(LatentSnapshot(widths));
   inputs.snapshot = snapshot;
   return MakeContent(inputs).value();
 }

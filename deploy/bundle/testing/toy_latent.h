@@ -33,7 +33,8 @@ v1::Snapshot LatentSnapshot(const LatentWidths& widths = {});
 v1::Recipe ToyLatentRecipe();
 
 // The content of a bundle for the toy world of such a recipe.
-BundleContent ToyLatentContent(const world::testing::ToyWorld& toy);
+BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
+                               const LatentWidths& widths = {});
 
 }  // namespace sinew::bundle::testing
 
