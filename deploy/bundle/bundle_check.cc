@@ -141,8 +141,7 @@ absl::Status CheckWidths(const Bundle& bundle) {
                        static_cast<int64_t>(character.joints().size()),
                        manifest.action_width());
   if (HasLatent(bundle)) {
-    check.Equal<int64_t>("self_observation_width",
-                         observation->SelfPart().width(),
+    check.Equal<int64_t>("self_observation_width", observation->self_width(),
                          manifest.self_observation_width());
   }
   return check.status();

@@ -58,7 +58,7 @@ absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
   manifest.set_observation_width(observation.width());
   const int64_t latent_width = LatentWidth(graph);
   if (latent_width > 0) {
-    manifest.set_self_observation_width(observation.SelfPart().width());
+    manifest.set_self_observation_width(observation.self_width());
     manifest.set_latent_width(latent_width);
   }
   manifest.set_action_width(static_cast<int64_t>(character.joints().size()));

@@ -40,8 +40,8 @@ struct ContentInputs {
 };
 
 // Everything that WriteBundle needs, in the order of the character: joints with
-// gains and limits, tracked bodies, layout and widths of the observation (and of
-// the latent, where the snapshot has graphs for one), action law, physics,
+// gains and limits, tracked bodies, layout and widths of the observation (and
+// of the latent, where the snapshot has graphs for one), action law, physics,
 // provenance. The sources' clips and licences stand behind the library's own,
 // each once. Metrics are left unset. Deterministic.
 //

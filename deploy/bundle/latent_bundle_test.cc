@@ -142,7 +142,7 @@ TEST(LatentBundle, RefusesGraphsThatSeeAnotherPartOfTheObservation) {
   EXPECT_THAT(
       WriteEdited([](BundleContent& content) {
         content.graph = testing::LatentGraphs({.self = 30});
-        content.weights = testing::LatentWeights(content.graph);
+        content.weights = testing::LatentWeights({.self = 30});
       }),
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("graph \"prior\": inputs: expected self_observation "
@@ -166,17 +166,16 @@ TEST(LatentBundle, RefusesAGraphWithoutTheTapThatIsAskedFor) {
 }
 
 TEST(LatentBundle, RefusesALawThatNeedsAReference) {
-  EXPECT_THAT(WriteEdited([](BundleContent& content) {
-                const auto placement =
-                    v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
-                content.manifest.mutable_action()->set_placement(placement);
-                content.manifest.mutable_task()
-                    ->mutable_action()
-                    ->set_placement(placement);
-              }),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("manifest.json: action.placement: expected "
-                                 "PLACEMENT_ABSOLUTE or PLACEMENT_AROUND_")));
+  EXPECT_THAT(
+      WriteEdited([](BundleContent& content) {
+        const auto placement = v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
+        content.manifest.mutable_action()->set_placement(placement);
+        content.manifest.mutable_task()->mutable_action()->set_placement(
+            placement);
+      }),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("manifest.json: action.placement: expected "
+                         "PLACEMENT_ABSOLUTE or PLACEMENT_AROUND_")));
 }
 
 TEST(LatentBundle, RefusesAGraphWhoseNameLeavesTheFolder) {

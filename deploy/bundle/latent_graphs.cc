@@ -68,9 +68,8 @@ absl::Status Error(const std::string& where, absl::string_view expected,
 }
 
 absl::Status CheckPorts(const Bundle& bundle, const Wanted& wanted) {
-  const std::string where =
-      absl::StrCat(JoinPath(bundle.directory, kGraphFile), ": graph \"",
-                   wanted.graph, "\": ");
+  const std::string where = absl::StrCat(JoinPath(bundle.directory, kGraphFile),
+                                         ": graph \"", wanted.graph, "\": ");
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph,
                          policy::FindGraph(bundle.graph, wanted.graph));
   SINEW_ASSIGN_OR_RETURN((const std::map<std::string, int64_t> widths),
@@ -102,10 +101,11 @@ absl::Status CheckPlacement(const Bundle& bundle) {
       found == v1::Action::PLACEMENT_AROUND_CURRENT) {
     return absl::OkStatus();
   }
-  return Error(JoinPath(bundle.directory, kManifestFile) + ": action.placement",
-               "PLACEMENT_ABSOLUTE or PLACEMENT_AROUND_CURRENT, since a decoder "
-               "sees no reference",
-               v1::Action::Placement_Name(found));
+  return Error(
+      JoinPath(bundle.directory, kManifestFile) + ": action.placement",
+      "PLACEMENT_ABSOLUTE or PLACEMENT_AROUND_CURRENT, since a decoder "
+      "sees no reference",
+      v1::Action::Placement_Name(found));
 }
 
 }  // namespace
@@ -122,19 +122,18 @@ int64_t LatentWidth(const v1::PolicyGraph& graph) {
 bool HasLatent(const Bundle& bundle) {
   return bundle.manifest.latent_width() != 0 ||
          bundle.manifest.self_observation_width() != 0 ||
-         std::any_of(
-             std::begin(kGraphs), std::end(kGraphs),
-             [&](const char* name) { return HasGraph(bundle, name); });
+         std::any_of(std::begin(kGraphs), std::end(kGraphs),
+                     [&](const char* name) { return HasGraph(bundle, name); });
 }
 
 absl::Status CheckLatent(const Bundle& bundle) {
   if (!HasLatent(bundle)) return absl::OkStatus();
   for (const char* name : kGraphs) {
     if (HasGraph(bundle, name)) continue;
-    return Error(JoinPath(bundle.directory, kGraphFile),
-                 absl::StrCat("a graph \"", name,
-                              "\", as bundles with a latent have"),
-                 "none of that name");
+    return Error(
+        JoinPath(bundle.directory, kGraphFile),
+        absl::StrCat("a graph \"", name, "\", as bundles with a latent have"),
+        "none of that name");
   }
   for (const Wanted& wanted : WantedGraphs(bundle)) {
     SINEW_RETURN_IF_ERROR(CheckPorts(bundle, wanted));

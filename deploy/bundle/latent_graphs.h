@@ -31,9 +31,9 @@ int64_t LatentWidth(const v1::PolicyGraph& graph);
 bool HasLatent(const Bundle& bundle);
 
 // Of a bundle whose graphs are valid (policy::ValidateGraph) and whose manifest
-// has the widths of its layout: that it has all of the four graphs or none, with
-// these widths, and an action law that needs no reference. INVALID_ARGUMENT
-// names file, graph, port or field, expected and found.
+// has the widths of its layout: that it has all of the four graphs or none,
+// with these widths, and an action law that needs no reference.
+// INVALID_ARGUMENT names file, graph, port or field, expected and found.
 absl::Status CheckLatent(const Bundle& bundle);
 
 }  // namespace sinew::bundle

@@ -81,10 +81,10 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   provenance.add_clips("run: a studio (CC-BY-4.0)");
   provenance.add_data_licences("CC-BY-4.0");
   const v1::RunInputs::Source source = MakeSource("teacher", teacher);
-  ASSERT_THAT(SaveRunInputs(run.folder,
-                            JoinPath(run.toy.folder, "character.textproto"),
-                            *run.toy.library, {source, source}),
-              IsOk());
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {source, source}),
+      IsOk());
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -101,7 +101,8 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0", "CC-BY-4.0"));
 }
 
-// A frozen copy of the graph "policy", as a run has whose teacher acts at times.
+// A frozen copy of the graph "policy", as a run has whose teacher acts at
+// times.
 void AddTeacher(v1::Snapshot& snapshot) {
   TensorMap weights = *ParseSafetensors(snapshot.weights(), "snapshot");
   v1::PolicyGraph& graph = *snapshot.mutable_graph();

@@ -26,8 +26,10 @@ absl::Status CheckGraphName(const std::string& name) {
   if (IsBundlePath(name) && !absl::StrContains(name, '/')) {
     return absl::OkStatus();
   }
-  return absl::InvalidArgumentError(absl::StrCat(
-      "graphs: expected a name that a file may have, found "", name, """));
+  return absl::InvalidArgumentError(
+      absl::StrCat("graphs: expected a name that a file may have, found "
+                   ", name, "
+                   ""));
 }
 
 // All files but the manifest.
@@ -52,10 +54,9 @@ absl::StatusOr<Files> MakeFiles(const BundleContent& content) {
                          LocateSafetensors(weights, kWeightsFile));
   for (const v1::Graph& graph : content.graph.graphs()) {
     SINEW_RETURN_IF_ERROR(CheckGraphName(graph.name()));
-    SINEW_ASSIGN_OR_RETURN(
-        files[OnnxFile(graph.name())],
-        policy::WriteOnnx(content.graph, graph.name(), locations,
-                          kWeightsFile));
+    SINEW_ASSIGN_OR_RETURN(files[OnnxFile(graph.name())],
+                           policy::WriteOnnx(content.graph, graph.name(),
+                                             locations, kWeightsFile));
   }
   files[kWeightsFile] = weights;
   return files;

@@ -122,11 +122,6 @@ absl::Status CheckRecipe(const Observation& recipe) {
   return absl::OkStatus();
 }
 
-bool IsSelf(Observation::Block block) {
-  return block == Observation::BLOCK_SELF_JOINT_SPACE ||
-         block == Observation::BLOCK_SELF_CONTACT;
-}
-
 // "a/x", "a/y", "a/z".
 void AddAxes(const std::string& prefix, std::vector<std::string>& names) {
   for (const char* axis : Writer::kVectorNames) {
@@ -188,12 +183,9 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
 ObservationBuilder ObservationBuilder::SelfPart() const {
   ObservationBuilder part = *this;
   part.blocks_.erase(
-      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelf),
+      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelfBlock),
       part.blocks_.end());
-  part.width_ = 0;
-  for (Observation::Block block : part.blocks_) {
-    part.width_ += BlockWidth(block);
-  }
+  part.width_ = self_width_;
   return part;
 }
 

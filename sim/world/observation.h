@@ -80,9 +80,8 @@ class ObservationBuilder {
   // True if that block is part of the observation.
   bool Has(v1::Observation::Block block) const;
 
-  // The leading blocks of the body's own state (SELF_...) alone: the first
-  // columns of this observation, bit for bit, and the same whatever the
-  // reference is. Width 0 where another block comes first.
+  // The body's own blocks that it begins with alone: its first self_width()
+  // columns, bit for bit, and the same whatever the reference is.
   ObservationBuilder SelfPart() const;
 
   // Writes [width] float32.

@@ -238,36 +238,24 @@ TEST(Observation, SelfPartIsItsFirstColumnsBitForBit) {
   const Scene scene(2);
   const ObservationBuilder builder = Builder(
       {Observation::BLOCK_SELF_JOINT_SPACE, Observation::BLOCK_SELF_CONTACT,
+       Observation::BLOCK_PREVIOUS_TARGET,
        Observation::BLOCK_REFERENCE_DIFFERENCE},
       {1, 2});
 
   const ObservationBuilder part = builder.SelfPart();
 
-  ASSERT_EQ(part.width(), kSelf + kFeet);
+  ASSERT_EQ(part.width(), builder.self_width());
+  EXPECT_FALSE(part.Has(Observation::BLOCK_REFERENCE_DIFFERENCE));
   std::vector<float> own(part.width());
   part.Build({.body = &scene.body,
               .reference = {},
               .reference_contact = {},
-              .previous_target = {},
+              .previous_target = scene.target,
               .self_contact = scene.touching},
              absl::MakeSpan(own));
   std::vector<float> first = scene.Observe(builder);
   first.resize(own.size());
   EXPECT_EQ(own, first);
-}
-
-TEST(Observation, SelfPartEndsWithTheFirstBlockOfSomethingElse) {
-  EXPECT_EQ(Builder({Observation::BLOCK_SELF_JOINT_SPACE,
-                     Observation::BLOCK_PREVIOUS_TARGET,
-                     Observation::BLOCK_SELF_CONTACT})
-                .SelfPart()
-                .width(),
-            kSelf);
-  EXPECT_EQ(Builder({Observation::BLOCK_REFERENCE_DIFFERENCE,
-                     Observation::BLOCK_SELF_JOINT_SPACE})
-                .SelfPart()
-                .width(),
-            0);
 }
 
 TEST(Observation, RefusesUnknownAndRepeatedBlocksAndTheCurrentFrame) {

@@ -60,10 +60,9 @@ absl::StatusOr<Rows> RunExecutor(const bundle::Bundle& bundle,
 absl::StatusOr<Rows> RunTorch(const bundle::Bundle& bundle,
                               const v1::Graph& graph, const Rows& inputs,
                               int rows) {
-  SINEW_ASSIGN_OR_RETURN(
-      const auto runner,
-      learner::TorchRunner::Create(bundle.graph, graph.name(), bundle.weights,
-                                   {}));
+  SINEW_ASSIGN_OR_RETURN(const auto runner,
+                         learner::TorchRunner::Create(
+                             bundle.graph, graph.name(), bundle.weights, {}));
   return runner->Run(rows, inputs);
 }
 
@@ -130,9 +129,9 @@ absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
   std::vector<OnnxJob> jobs;
   for (const v1::Graph& graph : bundle.graph.graphs()) {
     const Rows inputs = RandomInputs(graph, options);
-    SINEW_ASSIGN_OR_RETURN(const std::vector<ParityRow> more,
-                           CompareTorch(bundle, graph, inputs, options.rows,
-                                        &own[graph.name()]));
+    SINEW_ASSIGN_OR_RETURN(
+        const std::vector<ParityRow> more,
+        CompareTorch(bundle, graph, inputs, options.rows, &own[graph.name()]));
     rows.insert(rows.end(), more.begin(), more.end());
     jobs.push_back(MakeJob(bundle, graph, inputs, options.rows));
   }
@@ -145,8 +144,8 @@ absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
     onnx[bundle.graph.graphs(i).name()] = FromTensors(results[i]);
   }
   for (ParityRow& row : rows) {
-    row.onnx = Difference(own.at(row.graph).at(row.tap), onnx.at(row.graph),
-                          row.tap);
+    row.onnx =
+        Difference(own.at(row.graph).at(row.tap), onnx.at(row.graph), row.tap);
   }
   return rows;
 }

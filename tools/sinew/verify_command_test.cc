@@ -58,9 +58,9 @@ TEST(Verify, ComparesEveryGraphOfALatentBundle) {
   const world::testing::ToyWorld toy =
       world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
   const std::string directory = JoinPath(toy.folder, "bundle");
-  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyLatentContent(toy),
-                                  directory),
-              IsOk());
+  ASSERT_THAT(
+      bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
+      IsOk());
   std::string output;
 
   EXPECT_THAT(Verify(directory, &output), IsOk()) << output;

@@ -12,10 +12,9 @@
 
 namespace sinew::bundle::testing {
 
-// Untrained policies with a latent, for tests: the graphs, ports, nodes and
-// parameters that common/policy/latent_builder.h names, written by hand with
-// one narrow hidden layer per network and random weights. Functions abort with
-// a message on any error.
+// Untrained policies with a latent (common/policy/latent_builder.h), for tests:
+// one narrow hidden layer per network, and weights in which every parameter
+// matters. Functions abort with a message on any error.
 struct LatentWidths {
   int64_t self = 33;
   int64_t observation = 68;
@@ -26,8 +25,7 @@ struct LatentWidths {
 // Graphs "policy", "encoder", "prior", "decoder", "sample".
 v1::PolicyGraph LatentGraphs(const LatentWidths& widths = {});
 
-// Random, so that every parameter matters; a function of the graphs.
-TensorMap LatentWeights(const v1::PolicyGraph& graph);
+TensorMap LatentWeights(const LatentWidths& widths = {});
 
 v1::Snapshot LatentSnapshot(const LatentWidths& widths = {});
 
@@ -35,7 +33,8 @@ v1::Snapshot LatentSnapshot(const LatentWidths& widths = {});
 v1::Recipe ToyLatentRecipe();
 
 // The content of a bundle for the toy world of such a recipe.
-BundleContent ToyLatentContent(const world::testing::ToyWorld& toy);
+BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
+                               const LatentWidths& widths = {});
 
 }  // namespace sinew::bundle::testing
 
