@@ -32,6 +32,13 @@ absl::Status CheckTraining(const v1::Order& order,
                  "task.recovery.fallen_share is not 0",
                  "none");
   }
+  if (task.recipe().distillation().teacher_share() > 0 &&
+      snapshot.teacher() == nullptr) {
+    return Error(order, "snapshot_sha256",
+                 "a snapshot with a graph \"teacher\", since recipe field "
+                 "distillation.teacher_share is not 0",
+                 "none");
+  }
   if (order.horizon() < 1) {
     return Error(order, "horizon", ">= 1", order.horizon());
   }

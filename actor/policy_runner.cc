@@ -8,14 +8,15 @@
 
 namespace sinew::actor {
 
-absl::Status PolicyRunner::SetSnapshot(const PreparedSnapshot& snapshot) {
+absl::Status PolicyRunner::SetGraph(const ActingGraph& graph) {
   // The common case is new weights of the same graph.
-  if (executor_ == nullptr || !executor_->SetWeights(snapshot.pack()).ok()) {
-    SINEW_ASSIGN_OR_RETURN(
-        executor_, policy::Executor::Create(snapshot.pack(), max_batch_));
-    SINEW_RETURN_IF_ERROR(Bind(snapshot));
+  if (executor_ == nullptr || !executor_->SetWeights(graph.pack).ok()) {
+    SINEW_ASSIGN_OR_RETURN(executor_,
+                           policy::Executor::Create(graph.pack, max_batch_));
+    SINEW_RETURN_IF_ERROR(Bind(graph.ports));
   }
-  std_ = snapshot.std();
+  action_width_ = graph.action_width;
+  std_ = graph.std;
   log_normaliser_ = 0;
   for (double std : std_) {
     log_normaliser_ += std::log(std) + 0.5 * std::log(2 * std::numbers::pi);
@@ -23,8 +24,7 @@ absl::Status PolicyRunner::SetSnapshot(const PreparedSnapshot& snapshot) {
   return absl::OkStatus();
 }
 
-absl::Status PolicyRunner::Bind(const PreparedSnapshot& snapshot) {
-  const PolicyPorts& ports = snapshot.ports();
+absl::Status PolicyRunner::Bind(const PolicyPorts& ports) {
   const auto rows = [this](const std::string& name) {
     const int index = executor_->input_index(name);
     return Rows{.values = executor_->input(index),
@@ -66,15 +66,20 @@ void PolicyRunner::ClearNoise() {
   }
 }
 
+absl::Span<const float> PolicyRunner::Row(int tap, int row) const {
+  return executor_->tap(tap).subspan(row * action_width_, action_width_);
+}
+
 absl::Span<const float> PolicyRunner::action(int row) const {
-  return executor_->tap(action_tap_).subspan(row * std_.size(), std_.size());
+  return Row(action_tap_, row);
 }
 
 absl::Span<const float> PolicyRunner::mean(int row) const {
-  return executor_->tap(mean_tap_).subspan(row * std_.size(), std_.size());
+  return Row(mean_tap_, row);
 }
 
 double PolicyRunner::LogProbability(int row) const {
+  if (std_.empty()) return 0;
   const absl::Span<const float> a = action(row);
   const absl::Span<const float> m = mean(row);
   double squares = 0;

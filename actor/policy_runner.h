@@ -13,19 +13,19 @@
 
 namespace sinew::actor {
 
-// Runs the policy of a snapshot on a batch of observations.
+// Runs a graph of a snapshot on a batch of observations.
 //
-// Use: SetSnapshot; then per step write observation rows and noise, Run, read
+// Use: SetGraph; then per step write observation rows and noise, Run, read
 // rows. What a row gives depends on that row alone.
 //
-// Thread-safety: one caller. Ownership: keeps the snapshot's weights alive.
-// Blocking: Run computes; only SetSnapshot with another graph allocates.
-// Errors: SetSnapshot reports what the executor refuses.
+// Thread-safety: one caller. Ownership: keeps the graph's weights alive.
+// Blocking: Run computes; only SetGraph with another graph allocates.
+// Errors: SetGraph reports what the executor refuses.
 class PolicyRunner {
  public:
   explicit PolicyRunner(int max_batch) : max_batch_(max_batch) {}
 
-  absl::Status SetSnapshot(const PreparedSnapshot& snapshot);
+  absl::Status SetGraph(const ActingGraph& graph);
 
   // Row of the observation input, [O], to be written before Run.
   absl::Span<float> observation(int row) const;
@@ -45,6 +45,7 @@ class PolicyRunner {
   // Natural logarithm of the density of action(row) under N(mean, std^2),
   // computed in float64:
   //   -1/2 sum ((a - mean) / std)^2 - sum ln std - A/2 ln 2 pi
+  // 0 if the action has no distribution.
   double LogProbability(int row) const;
 
  private:
@@ -52,7 +53,8 @@ class PolicyRunner {
     absl::Span<float> values;
     size_t width = 0;
   };
-  absl::Status Bind(const PreparedSnapshot& snapshot);
+  absl::Status Bind(const PolicyPorts& ports);
+  absl::Span<const float> Row(int tap, int row) const;
 
   int max_batch_;
   std::unique_ptr<policy::Executor> executor_;
@@ -61,6 +63,7 @@ class PolicyRunner {
   std::vector<float> draw_;  // one row of all noise inputs
   int action_tap_ = -1;
   int mean_tap_ = -1;
+  size_t action_width_ = 0;
   std::vector<double> std_;
   double log_normaliser_ = 0;  // sum ln std + A/2 ln 2 pi
 };

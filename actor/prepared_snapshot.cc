@@ -1,94 +1,134 @@
 #include "actor/prepared_snapshot.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/policy/ports.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/teacher_graph.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
 namespace {
 
-constexpr absl::string_view kGraph = "policy";
+constexpr absl::string_view kPolicyGraph = "policy";
 
-absl::Status Error(absl::string_view what) {
+absl::Status Error(absl::string_view graph, absl::string_view what) {
   return absl::InvalidArgumentError(
-      absl::StrCat("snapshot graph \"policy\": ", what));
+      absl::StrCat("snapshot graph \"", graph, "\": ", what));
 }
 
-absl::Status CheckWidth(absl::string_view what, absl::string_view name,
-                        int64_t expected, int64_t found) {
+absl::Status CheckWidth(absl::string_view graph, absl::string_view what,
+                        absl::string_view name, int64_t expected,
+                        int64_t found) {
   if (found == expected) return absl::OkStatus();
-  return Error(absl::StrCat("expected ", what, " ", name, " of width ",
-                            expected, ", found ", found));
+  return Error(graph, absl::StrCat("expected ", what, " ", name, " of width ",
+                                   expected, ", found ", found));
 }
 
-// What a rollout needs beyond policy::Ports: the Gaussian behind the executed
-// tap `ports.action`, which there is.
-absl::Status FindGaussian(const v1::Graph& graph, PolicyPorts& ports) {
+template <typename Predicate>
+const v1::Tap* FindTap(const v1::Graph& graph, Predicate&& wanted) {
   const auto& taps = graph.taps();
-  const v1::Tap& tap = *std::find_if(
-      taps.begin(), taps.end(),
-      [&](const v1::Tap& one) { return one.name() == ports.action; });
-  if (!tap.has_gaussian() || tap.decision_period() > 1) {
-    return Error(absl::StrCat("expected tap ", tap.name(),
-                              " to be Gaussian and decided every step"));
+  const auto found = std::find_if(taps.begin(), taps.end(), wanted);
+  return found == taps.end() ? nullptr : &*found;
+}
+
+// What a rollout needs beyond policy::Ports: the mean behind the executed tap
+// `ports.action`, which there is, and its deviation.
+absl::Status FindMean(const v1::Graph& graph, PolicyPorts& ports) {
+  const v1::Tap& tap = *FindTap(
+      graph, [&](const v1::Tap& one) { return one.name() == ports.action; });
+  if (tap.has_categorical() || tap.decision_period() > 1) {
+    return Error(graph.name(),
+                 absl::StrCat("expected tap ", tap.name(),
+                              " to be Gaussian or without distribution, and "
+                              "decided every step"));
   }
-  const v1::GaussianTap& gaussian = tap.gaussian();
-  const auto mean = std::find_if(
-      taps.begin(), taps.end(),
-      [&](const v1::Tap& one) { return one.value() == gaussian.mean(); });
-  if (mean == taps.end()) {
-    return Error(absl::StrCat("expected a tap of node ", gaussian.mean(),
-                              ", the mean of ", tap.name()));
+  const bool gaussian = tap.has_gaussian();
+  const v1::Tap* mean = FindTap(graph, [&](const v1::Tap& one) {
+    return gaussian ? one.value() == tap.gaussian().mean()
+                    : one.name() == "mean";
+  });
+  if (mean == nullptr) {
+    return Error(
+        graph.name(),
+        gaussian
+            ? absl::StrCat("expected a tap of node ", tap.gaussian().mean(),
+                           ", the mean of ", tap.name())
+            : absl::StrCat("expected a tap named mean beside ", tap.name(),
+                           ", which has no distribution"));
   }
-  ports.std_parameter = gaussian.std_parameter();
   ports.mean = mean->name();
+  ports.std_parameter = tap.gaussian().std_parameter();
   return absl::OkStatus();
 }
 
 absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
+                                            absl::string_view name,
                                             const world::TrackingTask& task) {
   const absl::StatusOr<const v1::Graph*> graph =
-      policy::FindGraph(graphs, kGraph);
+      policy::FindGraph(graphs, name);
   // A snapshot without it is wrong, not out of reach.
-  if (!graph.ok()) return Error(graph.status().message());
-  SINEW_ASSIGN_OR_RETURN(policy::Ports found,
-                         policy::FindPorts(graphs, kGraph));
-  SINEW_RETURN_IF_ERROR(CheckWidth("input", found.observation,
+  if (!graph.ok()) return Error(name, graph.status().message());
+  SINEW_ASSIGN_OR_RETURN(policy::Ports found, policy::FindPorts(graphs, name));
+  SINEW_RETURN_IF_ERROR(CheckWidth(name, "input", found.observation,
                                    task.observation_width(),
                                    found.observation_width));
-  SINEW_RETURN_IF_ERROR(
-      CheckWidth("tap", found.action, task.action_width(), found.action_width));
+  SINEW_RETURN_IF_ERROR(CheckWidth(name, "tap", found.action,
+                                   task.action_width(), found.action_width));
   PolicyPorts ports;
   ports.observation = std::move(found.observation);
   ports.noise = std::move(found.noise);
   ports.action = std::move(found.action);
-  SINEW_RETURN_IF_ERROR(FindGaussian(**graph, ports));
+  SINEW_RETURN_IF_ERROR(FindMean(**graph, ports));
+  SINEW_ASSIGN_OR_RETURN((const std::map<std::string, int64_t> widths),
+                         policy::InferWidths(graphs, name));
+  const v1::Tap& mean = *FindTap(
+      **graph, [&](const v1::Tap& one) { return one.name() == ports.mean; });
+  SINEW_RETURN_IF_ERROR(CheckWidth(name, "tap", ports.mean, task.action_width(),
+                                   widths.at(mean.value())));
   return ports;
 }
 
 absl::StatusOr<std::vector<double>> ReadStd(const TensorMap& weights,
+                                            absl::string_view graph,
                                             const std::string& name,
                                             int action_width) {
   const auto found = weights.find(name);
   if (found == weights.end() || found->second.dtype != v1::DATA_TYPE_FLOAT32 ||
       found->second.num_elements() != action_width) {
-    return Error(absl::StrCat("expected float32 parameter ", name, " of ",
-                              action_width, " elements"));
+    return Error(graph, absl::StrCat("expected float32 parameter ", name,
+                                     " of ", action_width, " elements"));
   }
   std::vector<double> std;
   for (float value : found->second.float32()) {
     if (!(value > 0)) {
-      return Error(absl::StrCat("expected parameter ", name,
-                                " to be > 0, found ", value));
+      return Error(graph, absl::StrCat("expected parameter ", name,
+                                       " to be > 0, found ", value));
     }
     std.push_back(value);
   }
   return std;
+}
+
+absl::StatusOr<ActingGraph> MakeActing(const v1::PolicyGraph& graphs,
+                                       absl::string_view name,
+                                       const TensorMap& weights,
+                                       const world::TrackingTask& task) {
+  ActingGraph acting;
+  acting.action_width = task.action_width();
+  SINEW_ASSIGN_OR_RETURN(acting.ports, FindPolicyPorts(graphs, name, task));
+  SINEW_ASSIGN_OR_RETURN(acting.pack,
+                         policy::PackWeights(graphs, name, weights));
+  const std::string& std = acting.ports.std_parameter;
+  if (!std.empty()) {
+    SINEW_ASSIGN_OR_RETURN(acting.std,
+                           ReadStd(weights, name, std, acting.action_width));
+  }
+  return acting;
 }
 
 }  // namespace
@@ -110,13 +150,16 @@ PreparedSnapshot::Create(const v1::Snapshot& snapshot,
       new PreparedSnapshot(std::move(starts)));
   prepared->version_ = snapshot.version();
   prepared->sha256_ = sha256;
-  SINEW_ASSIGN_OR_RETURN(prepared->ports_,
-                         FindPolicyPorts(snapshot.graph(), task));
   SINEW_ASSIGN_OR_RETURN(
-      prepared->pack_, policy::PackWeights(snapshot.graph(), kGraph, weights));
-  SINEW_ASSIGN_OR_RETURN(
-      prepared->std_,
-      ReadStd(weights, prepared->ports_.std_parameter, task.action_width()));
+      prepared->policy_,
+      MakeActing(snapshot.graph(), kPolicyGraph, weights, task));
+  const absl::string_view teacher = policy::kTeacherGraph;
+  if (assets.recipe().distillation().teacher_share() > 0 &&
+      policy::FindGraph(snapshot.graph(), teacher).ok()) {
+    SINEW_ASSIGN_OR_RETURN(
+        prepared->teacher_,
+        MakeActing(snapshot.graph(), teacher, weights, task));
+  }
   return prepared;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,20 +15,33 @@
 
 namespace sinew::actor {
 
-// How a rollout talks to the graph "policy": names of its inputs and taps.
+// How a rollout talks to a graph that acts: names of its inputs and taps.
 struct PolicyPorts {
   std::string observation;         // the data input, width O
   std::vector<std::string> noise;  // normal inputs, in graph order
   std::string action;              // the executed tap, width A
-  std::string mean;                // tap of the Gaussian's mean, width A
-  std::string std_parameter;       // [A]
+  std::string mean;                // tap of the action's mean, width A
+  std::string std_parameter;       // [A]; empty: no distribution
+};
+
+// A graph that acts, with its weights.
+struct ActingGraph {
+  PolicyPorts ports;
+  std::shared_ptr<const policy::WeightsPack> pack;
+  int action_width = 0;
+  // Standard deviation of the action, [A], > 0; empty: no distribution.
+  std::vector<double> std;
 };
 
 // A snapshot made ready to act with: packed weights, start table.
 //
 // The graph "policy" has exactly one data input, any number of normal inputs,
-// and exactly one executed tap, which is Gaussian; the Gaussian's mean has a
-// tap as well. Zero noise makes action and mean equal.
+// and exactly one executed tap. That is Gaussian, and the Gaussian's mean has a
+// tap as well: zero noise makes action and mean equal. Or it has no
+// distribution, and there is a tap "mean" of the same width: the policy's noise
+// is somewhere within (common/policy/latent_builder.h). Graph "teacher" is
+// another such graph; it is looked at where the recipe has a teacher_share
+// (common/policy/teacher_graph.h). Other graphs are ignored.
 //
 // Thread-safety: immutable; shared between workers. Ownership: copies what it
 // needs of the snapshot. Blocking: Create computes (checks, packing). Errors:
@@ -43,12 +57,11 @@ class PreparedSnapshot {
   int64_t version() const { return version_; }
   const std::string& sha256() const { return sha256_; }
   const world::StartTable& starts() const { return starts_; }
-  const std::shared_ptr<const policy::WeightsPack>& pack() const {
-    return pack_;
+  const ActingGraph& policy() const { return policy_; }
+  // Null: there is none, or the recipe has no use for it.
+  const ActingGraph* teacher() const {
+    return teacher_.has_value() ? &*teacher_ : nullptr;
   }
-  const PolicyPorts& ports() const { return ports_; }
-  // Standard deviation of the action, [A], > 0.
-  const std::vector<double>& std() const { return std_; }
 
  private:
   PreparedSnapshot(world::StartTable starts) : starts_(std::move(starts)) {}
@@ -56,9 +69,8 @@ class PreparedSnapshot {
   int64_t version_ = 0;
   std::string sha256_;
   world::StartTable starts_;
-  std::shared_ptr<const policy::WeightsPack> pack_;
-  PolicyPorts ports_;
-  std::vector<double> std_;
+  ActingGraph policy_;
+  std::optional<ActingGraph> teacher_;
 };
 
 }  // namespace sinew::actor

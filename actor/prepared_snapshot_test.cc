@@ -50,12 +50,14 @@ TEST_F(PreparedSnapshotTest, KnowsHowToTalkToTheGraph) {
   const auto snapshot = Prepare();
 
   ASSERT_THAT(snapshot, IsOk());
-  const PolicyPorts& ports = (*snapshot)->ports();
+  const PolicyPorts& ports = (*snapshot)->policy().ports;
   EXPECT_EQ(ports.observation, "observation");
   EXPECT_THAT(ports.noise, ElementsAre("noise"));
   EXPECT_EQ(ports.action, "action");
   EXPECT_EQ(ports.mean, "mean");
-  EXPECT_THAT((*snapshot)->std(), SizeIs(rig_.assets->task().action_width()));
+  EXPECT_THAT((*snapshot)->policy().std,
+              SizeIs(rig_.assets->task().action_width()));
+  EXPECT_EQ((*snapshot)->teacher(), nullptr);
   EXPECT_EQ((*snapshot)->sha256(), "digest");
 }
 
@@ -67,12 +69,36 @@ TEST_F(PreparedSnapshotTest, WithoutAGraphNamedPolicyIsInvalid) {
                        AllOf(HasSubstr("\"policy\""), HasSubstr("[prior"))));
 }
 
-TEST_F(PreparedSnapshotTest, NeedsAGaussianAction) {
+TEST_F(PreparedSnapshotTest, TakesAnActionWithoutDistributionBesideItsMean) {
   Action().clear_distribution();
 
-  EXPECT_THAT(Prepare(),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected tap action to be Gaussian")));
+  const auto snapshot = Prepare();
+
+  ASSERT_THAT(snapshot, IsOk());
+  EXPECT_EQ((*snapshot)->policy().ports.mean, "mean");
+  EXPECT_EQ((*snapshot)->policy().ports.std_parameter, "");
+  EXPECT_THAT((*snapshot)->policy().std, SizeIs(0));
+}
+
+TEST_F(PreparedSnapshotTest, NeedsATapNamedMeanWhereThereIsNoDistribution) {
+  Action().clear_distribution();
+  for (v1::Tap& tap : *Policy().mutable_taps()) {
+    if (tap.name() == "mean") tap.set_name("average");
+  }
+
+  EXPECT_THAT(Prepare(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr("expected a tap named mean beside "
+                                            "action")));
+}
+
+TEST_F(PreparedSnapshotTest, NeedsAMeanAsWideAsTheAction) {
+  Action().clear_distribution();
+  for (v1::Tap& tap : *Policy().mutable_taps()) {
+    if (tap.name() == "mean") tap.set_value("observation");
+  }
+
+  EXPECT_THAT(Prepare(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr("expected tap mean of width 4")));
 }
 
 TEST_F(PreparedSnapshotTest, NeedsAnActionThatIsDecidedEveryStep) {

@@ -20,7 +20,10 @@ class Worker final : public RolloutWorker {
                                   const std::atomic<bool>* cancel) override {
     SINEW_RETURN_IF_ERROR(
         CheckOrder(order, snapshot, *state_.assets, state_.batch.size()));
-    SINEW_RETURN_IF_ERROR(state_.policy.SetSnapshot(snapshot));
+    SINEW_RETURN_IF_ERROR(state_.policy.SetGraph(snapshot.policy()));
+    if (snapshot.teacher() != nullptr) {
+      SINEW_RETURN_IF_ERROR(state_.teacher.SetGraph(*snapshot.teacher()));
+    }
     v1::Segment segment;
     segment.set_run_id(order.run_id());
     segment.set_order_id(order.order_id());

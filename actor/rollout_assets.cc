@@ -48,7 +48,8 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
       world::TrackingTask::Create(recipe, *assets->character_,
                                   *assets->library_, assets->fallen_.get()));
   assets->layout_ = MakeSegmentLayout(assets->task_->observation_width(),
-                                      assets->task_->action_width());
+                                      assets->task_->action_width(),
+                                      recipe.has_distillation());
   assets->layout_sha256_ = LayoutSha256(assets->layout_);
   return assets;
 }

@@ -74,6 +74,10 @@ SegmentWriter::SegmentWriter(const v1::SegmentLayout& layout, int steps,
   clip_ = begin(column::kClip);
   frame_ = begin(column::kFrame);
   boundary_ = begin(column::kBoundaryObservation);
+  if (FindColumn(*segment, column::kBase) != nullptr) {
+    base_ = begin(column::kBase);
+    teacher_base_ = begin(column::kTeacherBase);
+  }
 }
 
 v1::Tensor* SegmentWriter::Column(absl::string_view name) const {
@@ -100,6 +104,9 @@ void SegmentWriter::WriteStep(int step, int environment, const StepRow& row) {
   WriteScalar<uint8_t>(valid_, i, result.diverged ? 0 : 1);
   WriteScalar(clip_, i, row.clip);
   WriteScalar(frame_, i, row.frame);
+  if (base_ == nullptr) return;
+  WriteRow(base_, i, row.base);
+  WriteRow(teacher_base_, i, row.teacher_base);
 }
 
 void SegmentWriter::WriteTruncation(int step, int environment,

@@ -17,6 +17,8 @@ struct StepRow {
   absl::Span<const float> action;
   absl::Span<const float> action_mean;
   absl::Span<const double> target;
+  // Unused unless the layout has them.
+  absl::Span<const double> base, teacher_base;
   double log_probability = 0;
   int32_t clip = 0;
   int32_t frame = 0;
@@ -53,6 +55,8 @@ class SegmentWriter {
   char *observation_, *action_, *action_mean_, *target_, *log_probability_,
       *reward_, *reward_terms_, *body_distance_, *terminated_, *truncated_,
       *valid_, *clip_, *frame_, *boundary_;
+  // Null: the layout has none.
+  char *base_ = nullptr, *teacher_base_ = nullptr;
 };
 
 }  // namespace sinew::actor

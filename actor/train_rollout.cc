@@ -2,6 +2,7 @@
 
 #include "actor/segment_writer.h"
 #include "actor/worker_state.h"
+#include "common/segment/teacher_episode.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
@@ -16,17 +17,24 @@ class TrainRollout {
         snapshot_(snapshot),
         state_(state),
         task_(state.task),
+        distillation_(task_.recipe().has_distillation()),
+        teacher_share_(task_.recipe().distillation().teacher_share()),
+        // The noise of a Gaussian is PPO's: a student without latent does not
+        // use it.
+        noisy_(!distillation_ || snapshot.policy().std.empty()),
         segment_(segment),
         size_(order.states_size()),
         writer_(state.assets->layout(), order.horizon(), size_, segment) {}
 
   absl::Status Run(const std::atomic<bool>* cancel) {
     SINEW_RETURN_IF_ERROR(LoadStates());
+    if (!noisy_) state_.policy.ClearNoise();
     for (int step = 0; step < order_.horizon(); ++step) {
       SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
       for (int e = 0; e < size_; ++e) Prepare(e);
       clock_.Lap(&stages_.observe);
       state_.policy.Run(size_);
+      if (teacher_share_ > 0) RunTeacher();
       clock_.Lap(&stages_.infer);
       for (int e = 0; e < size_; ++e) {
         SINEW_RETURN_IF_ERROR(StepEnvironment(step, e));
@@ -82,7 +90,41 @@ class TrainRollout {
   void Prepare(int e) {
     Environment& environment = state_.environments[e];
     if (environment.fresh) Begin(e, &environment);
-    state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
+    if (noisy_) {
+      state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
+    }
+  }
+
+  // Where the teacher acts at this step, and its actions.
+  void RunTeacher() {
+    int rows = 0;
+    for (int e = 0; e < size_; ++e) {
+      const Environment& environment = state_.environments[e];
+      state_.teacher_rows[e] = -1;
+      if (!IsTeacherEpisode(order_.seed(),
+                            static_cast<uint64_t>(environment.index),
+                            static_cast<uint64_t>(environment.episode.episode),
+                            teacher_share_)) {
+        continue;
+      }
+      const absl::Span<float> seen = state_.policy.observation(e);
+      std::copy(seen.begin(), seen.end(),
+                state_.teacher.observation(rows).begin());
+      state_.teacher_rows[e] = rows++;
+    }
+    state_.teacher.Run(rows);
+  }
+
+  // Who acts in an environment at the step at hand.
+  struct Acting {
+    const PolicyRunner& runner;
+    int row;
+    bool teacher;
+  };
+  Acting ActingIn(int e) const {
+    const int row = teacher_share_ > 0 ? state_.teacher_rows[e] : -1;
+    if (row >= 0) return {state_.teacher, row, true};
+    return {state_.policy, e, false};
   }
 
   void Begin(int e, Environment* environment) {
@@ -105,18 +147,22 @@ class TrainRollout {
   }
 
   absl::Status StepEnvironment(int step, int e) {
-    const double log_probability = state_.policy.LogProbability(e);
-    SINEW_RETURN_IF_ERROR(
-        CheckPolicyOutput(state_.policy, e, log_probability, snapshot_));
+    const Acting acting = ActingIn(e);
+    const double log_probability =
+        acting.teacher ? 0 : acting.runner.LogProbability(acting.row);
+    SINEW_RETURN_IF_ERROR(CheckPolicyOutput(acting.runner, acting.row,
+                                            log_probability, snapshot_));
     Environment& environment = state_.environments[e];
     const world::Episode before = environment.episode;
     world::StepResult result;
     const auto write = [&] {
       writer_.WriteStep(step, e,
                         {.observation = state_.policy.observation(e),
-                         .action = state_.policy.action(e),
-                         .action_mean = state_.policy.mean(e),
+                         .action = acting.runner.action(acting.row),
+                         .action_mean = acting.runner.mean(acting.row),
                          .target = state_.target,
+                         .base = state_.base,
+                         .teacher_base = state_.teacher_base,
                          .log_probability = log_probability,
                          .clip = before.clip,
                          .frame = ClipRow(before),
@@ -142,9 +188,7 @@ class TrainRollout {
 
   world::StepResult StepPhysics(int e, mjData* data) {
     Environment& environment = state_.environments[e];
-    task_.Target(data, environment.episode, state_.policy.action(e),
-                 absl::MakeSpan(state_.target), state_.work.get(),
-                 ConditionsOf(environment));
+    PlaceTarget(ActingIn(e), data, environment);
     clock_.Lap(&stages_.observe);
     const world::ActuationResult physics =
         task_.Simulate(data, environment.episode, state_.target,
@@ -152,6 +196,26 @@ class TrainRollout {
                        ConditionsOf(environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
     return task_.Finish(data, physics, &environment.episode, state_.work.get());
+  }
+
+  // Target and bases of the step at hand.
+  void PlaceTarget(const Acting& acting, const mjData* data,
+                   const Environment& environment) {
+    const world::Conditions* conditions = ConditionsOf(environment);
+    const world::Episode& episode = environment.episode;
+    const absl::Span<const float> action = acting.runner.action(acting.row);
+    const absl::Span<double> target = absl::MakeSpan(state_.target);
+    if (acting.teacher) {
+      task_.TeacherTarget(data, episode, action, target, state_.work.get(),
+                          conditions);
+    } else {
+      task_.Target(data, episode, action, target, state_.work.get(),
+                   conditions);
+    }
+    if (!distillation_) return;
+    task_.Bases(data, episode, absl::MakeSpan(state_.base),
+                absl::MakeSpan(state_.teacher_base), state_.work.get(),
+                conditions);
   }
 
   // Row of the clip that is current at an episode's state.
@@ -215,6 +279,9 @@ class TrainRollout {
   const PreparedSnapshot& snapshot_;
   WorkerState& state_;
   const world::TrackingTask& task_;
+  const bool distillation_;
+  const double teacher_share_;
+  const bool noisy_;
   v1::Segment* const segment_;
   const int size_;
   SegmentWriter writer_;

@@ -24,8 +24,12 @@ WorkerState::WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
       batch(std::move(physics_batch)),
       work(task.MakeWorkspace()),
       policy(batch.size()),
+      teacher(batch.size()),
       environments(batch.size()),
-      target(task.action_width(), 0.0) {
+      teacher_rows(batch.size(), -1),
+      target(task.action_width(), 0.0),
+      base(target),
+      teacher_base(target) {
   for (Environment& environment : environments) {
     environment.conditions = task.MakeConditions();
   }

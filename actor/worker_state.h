@@ -30,8 +30,12 @@ struct WorkerState {
   PhysicsBatch batch;
   const std::unique_ptr<world::TrackingTask::Workspace> work;
   PolicyRunner policy;
+  PolicyRunner teacher;                   // unused if the snapshot has none
   std::vector<Environment> environments;  // [batch.size()]
-  std::vector<double> target;             // [J] of the step at hand
+  // Of the step at hand: rows of the teacher, -1 where the student acts
+  // [batch.size()]; target and bases [J].
+  std::vector<int> teacher_rows;
+  std::vector<double> target, base, teacher_base;
   RolloutWorker::FrameObserver observer;
 };
 

@@ -5,11 +5,14 @@
 #include <utility>
 
 #include "actor/zero_action.h"
+#include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
+#include "common/policy/latent_builder.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/teacher_graph.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/testing/task_rig.h"
 #include "sim/world/testing/toy_world.h"
@@ -71,6 +74,45 @@ void RolloutRig::UseZeroAction() {
                                assets->task().action_width(),
                                /*std=*/0.01)
                 .value();
+  Prepare();
+}
+
+void RolloutRig::UseLatentPolicy(bool keep_as_teacher) {
+  const world::TrackingTask& task = assets->task();
+  policy::LatentPolicyOptions options;
+  options.self_observation_width = task.self_observation_width();
+  options.observation_width = task.observation_width();
+  options.action_width = task.action_width();
+  options.network = task.recipe().network();
+  options.network.set_last_layer_gain(0.3);
+  v1::Latent& latent = *options.network.mutable_latent();
+  latent.set_width(3);
+  for (auto* hidden :
+       {latent.mutable_encoder_hidden(), latent.mutable_prior_hidden(),
+        latent.mutable_decoder_hidden()}) {
+    hidden->Clear();
+    hidden->Add(16);
+  }
+  latent.set_log_variance_low(-5);
+  latent.set_log_variance_high(2);
+  const v1::Snapshot before = message;
+  v1::PolicyGraph graph = policy::BuildLatentPolicy(options).value();
+  TensorMap weights = policy::InitialLatentWeights(options, 4).value();
+  if (keep_as_teacher) {
+    const TensorMap teacher =
+        ParseSafetensors(before.weights(), "before").value();
+    SINEW_CHECK(
+        policy::AddTeacherGraph(before.graph(), teacher, graph, weights).ok());
+  }
+  *message.mutable_graph() = std::move(graph);
+  message.set_weights(SerializeSafetensors(weights));
+  Prepare();
+}
+
+void RolloutRig::SetParameter(const std::string& name, float value) {
+  TensorMap weights = ParseSafetensors(message.weights(), "rig").value();
+  for (float& element : weights.at(name).mutable_float32()) element = value;
+  message.set_weights(SerializeSafetensors(weights));
   Prepare();
 }
 

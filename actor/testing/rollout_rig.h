@@ -39,6 +39,11 @@ struct RolloutRig {
   v1::Order EvaluationOrder(const std::vector<Start>& starts) const;
 
   void UseZeroAction();
+  // A small policy with a latent, beside its four other graphs. The policy of
+  // before stays as graph "teacher" if asked for.
+  void UseLatentPolicy(bool keep_as_teacher = false);
+  // Sets all elements of a parameter of the snapshot.
+  void SetParameter(const std::string& name, float value);
   void NewWorker();
   v1::Segment Run(const v1::Order& order);
   // Expects that two segments, one after the other, are `whole`: its steps, its

@@ -18,6 +18,21 @@ absl::StatusOr<v1::Recipe> ParseRecipe(absl::string_view text,
   return recipe;
 }
 
+bool IsSelfBlock(int block) {
+  return block == v1::Observation::BLOCK_SELF_JOINT_SPACE ||
+         block == v1::Observation::BLOCK_PREVIOUS_TARGET ||
+         block == v1::Observation::BLOCK_SELF_CONTACT;
+}
+
+int LeadingSelfBlocks(const v1::Observation& observation) {
+  int count = 0;
+  while (count < observation.blocks_size() &&
+         IsSelfBlock(observation.blocks(count))) {
+    ++count;
+  }
+  return count;
+}
+
 std::string PrintRecipe(const v1::Recipe& recipe) {
   std::string text;
   SINEW_CHECK(google::protobuf::TextFormat::PrintToString(recipe, &text));

@@ -45,6 +45,14 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe);
 inline constexpr int kFewestPrimitives = 2;
 inline constexpr int kMostPrimitives = 16;
 
+// Whether a block of observations is about the body alone: it needs no
+// reference.
+bool IsSelfBlock(int block);
+// How many of these an observation (defaults filled) begins with. The columns
+// of these are what prior and decoder of a latent see; how many columns that
+// is: ObservationBuilder::self_width() (sim/world/observation.h).
+int LeadingSelfBlocks(const v1::Observation& observation);
+
 // Canonical text, as in config.textproto: fields in the order of their
 // numbers, those at zero or unset left out. ParseRecipe gives the same recipe.
 std::string PrintRecipe(const v1::Recipe& recipe);

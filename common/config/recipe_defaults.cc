@@ -77,13 +77,16 @@ void FillVariants(v1::Task& task) {
   }
 }
 
-void FillTask(v1::Task& task) {
-  FillObservation(*task.mutable_observation());
-  v1::Action& action = *task.mutable_action();
+void FillAction(v1::Action& action) {
   SINEW_DEFAULT(action, placement, v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE);
   SINEW_DEFAULT(action, scale, 0.2);
   SINEW_DEFAULT(action, clip, 8);
   SINEW_OPTIONAL_DEFAULT(action, range_margin, 1.5);
+}
+
+void FillTask(v1::Task& task) {
+  FillObservation(*task.mutable_observation());
+  FillAction(*task.mutable_action());
   FillReward(*task.mutable_reward());
   SINEW_DEFAULT(*task.mutable_termination(), max_body_distance, 0.25);
   v1::Start& start = *task.mutable_start();
@@ -99,9 +102,21 @@ void FillTask(v1::Task& task) {
   FillVariants(task);
 }
 
-// 256, 256 if empty.
-void FillHidden(google::protobuf::RepeatedField<int32_t>& widths) {
-  if (widths.empty()) widths.Resize(2, 256);
+// Two layers if empty.
+void FillHidden(google::protobuf::RepeatedField<int32_t>& widths,
+                int first = 256) {
+  if (!widths.empty()) return;
+  widths.Add(first);
+  widths.Add(256);
+}
+
+void FillLatent(v1::Latent& latent) {
+  SINEW_DEFAULT(latent, width, 32);
+  FillHidden(*latent.mutable_encoder_hidden(), 512);
+  FillHidden(*latent.mutable_prior_hidden(), 512);
+  FillHidden(*latent.mutable_decoder_hidden(), 512);
+  SINEW_OPTIONAL_DEFAULT(latent, log_variance_low, -5);
+  SINEW_OPTIONAL_DEFAULT(latent, log_variance_high, 2);
 }
 
 void FillNetwork(v1::Network& network) {
@@ -110,6 +125,7 @@ void FillNetwork(v1::Network& network) {
   if (network.has_composer()) {
     FillHidden(*network.mutable_composer()->mutable_hidden());
   }
+  if (network.has_latent()) FillLatent(*network.mutable_latent());
   SINEW_DEFAULT(network, activation, v1::Network::ACTIVATION_SILU);
   SINEW_DEFAULT(network, last_layer_gain, 0.01);
   SINEW_DEFAULT(network, observation_clip, 8);
@@ -154,6 +170,23 @@ void FillStages(v1::Recipe& recipe) {
   FillHidden(*procedure.mutable_composer_hidden());
 }
 
+void FillDistillation(v1::Distillation& distillation) {
+  FillAction(*distillation.mutable_teacher_action());
+  SINEW_DEFAULT(distillation, form, v1::Distillation::FORM_CODE);
+  SINEW_DEFAULT(distillation, learning_rate, 5e-4);
+  SINEW_DEFAULT(distillation, max_gradient_norm, 50);
+  SINEW_DEFAULT(distillation, minibatch, 2048);
+  SINEW_DEFAULT(distillation, samples_per_insert, 4);
+  SINEW_DEFAULT(distillation, shards, 2);
+  SINEW_OPTIONAL_DEFAULT(distillation, kl_weight, 0.01);
+  SINEW_OPTIONAL_DEFAULT(distillation, kl_weight_final, 0.001);
+  SINEW_OPTIONAL_DEFAULT(distillation, continuity_weight, 0.005);
+  v1::Distillation::Memory& memory = *distillation.mutable_memory();
+  SINEW_DEFAULT(memory, rows, 65536);
+  SINEW_DEFAULT(memory, selector, v1::Distillation::Memory::SELECTOR_UNIFORM);
+  SINEW_OPTIONAL_DEFAULT(memory, priority_exponent, 0.6);
+}
+
 void FillEvaluation(int max_policy_lag, v1::Evaluation& evaluation) {
   SINEW_DEFAULT(evaluation, starts, 32);
   SINEW_DEFAULT(evaluation, seconds, 10);
@@ -183,6 +216,9 @@ v1::Recipe WithDefaults(v1::Recipe recipe) {
   FillEvaluation(recipe.rollouts().max_policy_lag(),
                  *recipe.mutable_evaluation());
   FillStages(recipe);
+  if (recipe.has_distillation()) {
+    FillDistillation(*recipe.mutable_distillation());
+  }
   SINEW_DEFAULT(*recipe.mutable_checkpointing(), interval, 20);
   SINEW_DEFAULT(*recipe.mutable_checkpointing(), keep, 3);
   return recipe;

@@ -8,6 +8,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "common/config/distillation_validate.h"
 #include "common/config/field_checker.h"
 #include "common/config/procedure_validate.h"
 #include "common/config/recipe.h"
@@ -65,25 +66,6 @@ void CheckObservation(const v1::Observation& observation, FieldChecker& check) {
   for (const int frame : observation.frames_ahead()) {
     check.Within(frame, 1, 10000, "task.observation.frames_ahead");
   }
-}
-
-void CheckAction(const v1::Action& action, FieldChecker& check) {
-  check.Require(action.placement() != v1::Action::PLACEMENT_UNSPECIFIED &&
-                    v1::Action::Placement_IsValid(action.placement()),
-                "task.action.placement", "a known placement",
-                static_cast<int>(action.placement()));
-  check.Positive(action.scale(), "task.action.scale");
-  check.AtLeast(action.strength_scale(), 0, "task.action.strength_scale");
-  check.Positive(action.clip(), "task.action.clip");
-  check.AtLeast(action.range_margin(), 0, "task.action.range_margin");
-  const bool around_reference =
-      action.placement() == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
-  constexpr absl::string_view kOnlyAround =
-      "false unless task.action.placement is PLACEMENT_AROUND_NEXT_REFERENCE";
-  check.Require(around_reference || !action.velocity_feedforward(),
-                "task.action.velocity_feedforward", kOnlyAround, true);
-  check.Require(around_reference || !action.torque_feedforward(),
-                "task.action.torque_feedforward", kOnlyAround, true);
 }
 
 void CheckReward(const v1::Reward& reward, FieldChecker& check) {
@@ -147,7 +129,7 @@ void CheckStart(const v1::Start& start, FieldChecker& check) {
 
 void CheckTask(const v1::Task& task, FieldChecker& check) {
   CheckObservation(task.observation(), check);
-  CheckAction(task.action(), check);
+  CheckAction(task.action(), "task.action", check);
   CheckReward(task.reward(), check);
   check.Positive(task.termination().max_body_distance(),
                  "task.termination.max_body_distance");
@@ -279,10 +261,11 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe) {
   CheckTask(recipe.task(), check);
   CheckNetwork(recipe.network(), check);
   CheckRollouts(recipe.rollouts(), check);
-  CheckBatch(recipe, check);
+  if (!recipe.has_distillation()) CheckBatch(recipe, check);
   CheckPpo(recipe.ppo(), check);
   CheckEvaluation(recipe, check);
   CheckStages(recipe, check);
+  CheckImitation(recipe, check);
   check.AtLeast(recipe.checkpointing().interval(), 1, "checkpointing.interval");
   check.AtLeast(recipe.checkpointing().keep(), 1, "checkpointing.keep");
   return check.status();

@@ -1,6 +1,5 @@
 #include "common/policy/builder.h"
 
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -13,42 +12,20 @@
 #include "common/config/recipe.h"
 #include "common/policy/graph_error.h"
 #include "common/policy/graph_writer.h"
-#include "common/policy/orthogonal.h"
+#include "common/policy/layers.h"
 #include "common/policy/validate.h"
-#include "common/random/philox.h"
 #include "common/status_macros.h"
 
 namespace sinew::policy {
 namespace {
 
+using internal::ActivationOp;
 using internal::Bad;
+using internal::CheckPositive;
+using internal::CheckWidth;
+using internal::CheckWidths;
 using internal::GraphWriter;
-
-absl::StatusOr<v1::Op> ActivationOp(v1::Network::Activation activation) {
-  switch (activation) {
-    case v1::Network::ACTIVATION_SILU:
-      return v1::OP_SILU;
-    case v1::Network::ACTIVATION_RELU:
-      return v1::OP_RELU;
-    case v1::Network::ACTIVATION_ELU:
-      return v1::OP_ELU;
-    case v1::Network::ACTIVATION_TANH:
-      return v1::OP_TANH;
-    default:
-      return Bad("network.activation: expected SILU, RELU, ELU or TANH, found ",
-                 static_cast<int>(activation));
-  }
-}
-
-absl::Status CheckPositive(absl::string_view name, double value) {
-  if (value > 0 && std::isfinite(value)) return absl::OkStatus();
-  return Bad(name, ": expected > 0, found ", value);
-}
-
-absl::Status CheckWidth(absl::string_view name, int64_t width) {
-  if (width >= 1) return absl::OkStatus();
-  return Bad(name, ": expected >= 1, found ", width);
-}
+using internal::Value;
 
 absl::Status CheckComposer(const v1::Composer& composer) {
   if (composer.primitives() < kFewestPrimitives ||
@@ -56,10 +33,7 @@ absl::Status CheckComposer(const v1::Composer& composer) {
     return Bad("network.composer.primitives: expected ", kFewestPrimitives,
                " to ", kMostPrimitives, ", found ", composer.primitives());
   }
-  for (const int32_t width : composer.hidden()) {
-    SINEW_RETURN_IF_ERROR(CheckWidth("network.composer.hidden", width));
-  }
-  return absl::OkStatus();
+  return CheckWidths("network.composer.hidden", composer.hidden());
 }
 
 absl::Status CheckOptions(const TrackingPolicyOptions& options) {
@@ -73,12 +47,10 @@ absl::Status CheckOptions(const TrackingPolicyOptions& options) {
       CheckPositive("network.initial_std", network.initial_std()));
   SINEW_RETURN_IF_ERROR(
       CheckPositive("network.last_layer_gain", network.last_layer_gain()));
-  for (const int32_t width : network.policy_hidden()) {
-    SINEW_RETURN_IF_ERROR(CheckWidth("network.policy_hidden", width));
-  }
-  for (const int32_t width : network.value_hidden()) {
-    SINEW_RETURN_IF_ERROR(CheckWidth("network.value_hidden", width));
-  }
+  SINEW_RETURN_IF_ERROR(
+      CheckWidths("network.policy_hidden", network.policy_hidden()));
+  SINEW_RETURN_IF_ERROR(
+      CheckWidths("network.value_hidden", network.value_hidden()));
   if (network.has_composer()) {
     SINEW_RETURN_IF_ERROR(CheckComposer(network.composer()));
   }
@@ -98,31 +70,21 @@ struct Part {
 void AddNetwork(const TrackingPolicyOptions& options, const Part& part,
                 GraphWriter& writer) {
   const v1::Network& network = options.network;
-  const v1::Op activation = *ActivationOp(network.activation());
-  int64_t width = options.observation_width;
-  const std::string mean = part.prefix + "normaliser/mean";
-  const std::string inverse_std = part.prefix + "normaliser/inverse_std";
-  writer.Parameter(mean, {width}, /*frozen=*/true);
-  writer.Parameter(inverse_std, {width}, /*frozen=*/true);
-  const std::string normalised = part.prefix + "normalised";
-  writer.Node(normalised, v1::OP_NORMALISE, {"observation"},
-              {mean, inverse_std});
-  std::string value = part.prefix + "clipped";
-  v1::Node& clamp = writer.Node(value, v1::OP_CLAMP, {normalised});
-  clamp.set_low(-network.observation_clip());
-  clamp.set_high(network.observation_clip());
+  const Value clipped = internal::AddNormalised(
+      {.name = "observation", .width = options.observation_width}, part.prefix,
+      part.prefix + "normaliser/", network.observation_clip(), writer);
   const std::string layers = part.prefix + part.layers;
-  for (size_t i = 0; i < part.hidden.size(); ++i) {
-    const std::string name = absl::StrCat(part.prefix, "hidden_", i);
-    writer.Linear(name, value, absl::StrCat(layers, "/linear_", i),
-                  {part.hidden[i], width}, part.frozen);
-    value = name + "_activation";
-    writer.Node(value, activation, {name});
-    width = part.hidden[i];
-  }
-  writer.Linear(part.prefix + part.last, value,
-                absl::StrCat(layers, "/", part.last), {part.width, width},
-                part.frozen);
+  const Value hidden =
+      internal::AddHidden(clipped,
+                          {.widths = part.hidden,
+                           .activation = *ActivationOp(network.activation()),
+                           .nodes = part.prefix,
+                           .layers = layers,
+                           .frozen = part.frozen},
+                          writer);
+  writer.Linear(part.prefix + part.last, hidden.name,
+                absl::StrCat(layers, "/", part.last),
+                {part.width, hidden.width}, part.frozen);
 }
 
 // The node "mean" of a composer and its primitives.
@@ -195,14 +157,6 @@ void AddCritic(const TrackingPolicyOptions& options, v1::PolicyGraph& all) {
   writer.Tap("value", "value");
 }
 
-HostTensor Constant(const std::vector<int64_t>& shape, double value) {
-  HostTensor tensor = HostTensor::Zeros(shape);
-  for (float& element : tensor.mutable_float32()) {
-    element = static_cast<float>(value);
-  }
-  return tensor;
-}
-
 // Gain of a layer's orthogonal weight.
 double Gain(const std::string& weight, const v1::Network& network) {
   if (weight == "policy/mean/weight" || weight == "composer/weights/weight") {
@@ -238,22 +192,14 @@ absl::StatusOr<TensorMap> InitialWeights(const TrackingPolicyOptions& options,
                                          uint64_t seed) {
   SINEW_ASSIGN_OR_RETURN(const v1::PolicyGraph graph,
                          BuildTrackingPolicy(options));
-  TensorMap weights;
-  for (int i = 0; i < graph.parameters_size(); ++i) {
-    const std::string& name = graph.parameters(i).name();
-    const std::vector<int64_t> shape(graph.parameters(i).shape().begin(),
-                                     graph.parameters(i).shape().end());
-    if (absl::EndsWith(name, "/weight") && !graph.parameters(i).frozen()) {
-      const RandomKey key = {.seed = seed,
-                             .environment = static_cast<uint64_t>(i),
-                             .purpose = RandomPurpose::kInitialisation};
-      weights[name] = OrthogonalWeight(shape[0], shape[1],
-                                       Gain(name, options.network), key);
-    } else {
-      weights[name] = Constant(shape, InitialConstant(name, options.network));
-    }
-  }
-  return weights;
+  const v1::Network& network = options.network;
+  return internal::DrawWeights(
+      graph, seed,
+      {.gain = [&](const std::string& name) { return Gain(name, network); },
+       .constant =
+           [&](const std::string& name) {
+             return InitialConstant(name, network);
+           }});
 }
 
 bool IsComposerParameter(absl::string_view name) {

@@ -23,8 +23,10 @@ namespace sinew::policy {
 //   encoder_input      CONCAT of own_clipped, goal_clipped
 //   encoder_hidden_i, encoder_hidden_i_activation     of encoder_hidden
 //   posterior_mean     LINEAR, Z
-//   posterior_log_variance   LINEAR then CLAMP to log_variance_low .. high
-//   posterior_std      EXP of half of it
+//   posterior_log_variance_free, posterior_log_variance
+//                      LINEAR, Z; CLAMP of it to log_variance_low .. high
+//   posterior_half_log_variance, posterior_std
+//                      AFFINE by "latent/half"; EXP of it
 //   taps: "mean", "std" and "log_variance" of the posterior
 // "prior": self_observation [S] (DATA)
 //   prior_hidden_i ..., prior_mean, prior_log_variance, prior_std; taps as
@@ -47,6 +49,7 @@ namespace sinew::policy {
 //   encoder/linear_i/..., encoder/mean/..., encoder/log_variance/...
 //   prior/linear_i/..., prior/mean/..., prior/log_variance/...
 //   decoder/linear_i/..., decoder/action/...
+//   latent/half                              [Z]      0.5    F
 //     weights orthogonal, gain sqrt(2), of last layers last_layer_gain;
 //     biases 0
 struct LatentPolicyOptions {

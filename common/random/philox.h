@@ -19,6 +19,7 @@ enum class RandomPurpose : uint32_t {
   kRecovery = 20,       // kind and place of an episode's start
   kPush = 21,           // forces on the body
   kFallenState = 22,    // how a body is dropped
+  kTeacher = 30,        // whether the teacher acts in an episode
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

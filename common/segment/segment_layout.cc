@@ -132,7 +132,7 @@ absl::Status CheckFinite(const v1::Tensor& tensor) {
 }  // namespace
 
 v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
-                                    int64_t action_width) {
+                                    int64_t action_width, bool distillation) {
   constexpr auto kFloat = v1::DATA_TYPE_FLOAT32;
   constexpr auto kFlag = v1::DATA_TYPE_UINT8;
   constexpr auto kInt = v1::DATA_TYPE_INT32;
@@ -152,6 +152,11 @@ v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
   AddColumn(layout, column::kValid, kFlag, kStep);
   AddColumn(layout, column::kClip, kInt, kStep);
   AddColumn(layout, column::kFrame, kInt, kStep);
+  if (distillation) {
+    for (const absl::string_view name : {column::kBase, column::kTeacherBase}) {
+      AddColumn(layout, name, v1::DATA_TYPE_FLOAT64, kStep, {action_width});
+    }
+  }
   AddColumn(layout, column::kBoundaryObservation, kFloat, Layout::LEAD_BOUNDARY,
             {observation_width});
   AddColumn(layout, column::kTruncationIndex, kInt, Layout::LEAD_TRUNCATION);

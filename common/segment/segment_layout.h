@@ -28,8 +28,11 @@ namespace sinew {
 //   body_distance           [T, E]    float32  mean over tracked bodies, m
 //   terminated              [T, E]    uint8    1: failed at s_{t+1}
 //   truncated               [T, E]    uint8    1: cut off at s_{t+1}, not
-//   failed valid                   [T, E]    uint8    0: the simulation
-//   diverged clip, frame             [T, E]    int32    reference at s_t
+//                                              failed
+//   valid                   [T, E]    uint8    0: the simulation diverged
+//   clip, frame             [T, E]    int32    reference at s_t
+//   base, teacher_base      [T, E, A] float64  rad; only where the recipe has
+//                                              distillation, see below
 //   boundary_observation    [E, O]    float32  of s_T
 //   truncation_index        [K]       int32    t * E + e of truncated steps
 //   truncation_observation  [K, O]    float32  of their s_{t+1}
@@ -43,6 +46,15 @@ namespace sinew {
 //
 // A diverged step has valid 0, terminated 1, reward 0: no loss and no statistic
 // may use the row, and the step before it sees a failure.
+//
+// Distillation. base is what the student's action law (Recipe.task.action) adds
+// to its scaled actions at s_t before it limits the sum to the joint's range
+// (sim/world/action.h); teacher_base is the same of the teacher's law
+// (Recipe.distillation.teacher_action). So a teacher's target is, in units of
+// the student's action, (target - base) / scale. action, action_mean and target
+// are those of whoever acted: in episodes of the teacher (teacher_episode.h)
+// its own mean, twice, and the target that its law makes of it. Policies whose
+// action has no distribution have log_probability 0.
 namespace column {
 inline constexpr absl::string_view kObservation = "observation";
 inline constexpr absl::string_view kAction = "action";
@@ -57,6 +69,8 @@ inline constexpr absl::string_view kTruncated = "truncated";
 inline constexpr absl::string_view kValid = "valid";
 inline constexpr absl::string_view kClip = "clip";
 inline constexpr absl::string_view kFrame = "frame";
+inline constexpr absl::string_view kBase = "base";
+inline constexpr absl::string_view kTeacherBase = "teacher_base";
 inline constexpr absl::string_view kBoundaryObservation =
     "boundary_observation";
 inline constexpr absl::string_view kTruncationIndex = "truncation_index";
@@ -69,9 +83,11 @@ inline constexpr int kNumRewardTerms = 4;
 
 // Pure functions; thread-safe; never block.
 
-// The layout above for given widths, both >= 1.
+// The layout above for given widths, both >= 1; with base and teacher_base
+// exactly where `distillation`, that is Recipe.has_distillation().
 v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
-                                    int64_t action_width);
+                                    int64_t action_width,
+                                    bool distillation = false);
 
 // SHA-256 (hex) that orders and segments carry.
 std::string LayoutSha256(const v1::SegmentLayout& layout);

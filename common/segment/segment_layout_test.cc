@@ -78,6 +78,23 @@ TEST(SegmentLayout, DigestChangesWithEveryWidth) {
   EXPECT_NE(digest, LayoutSha256(MakeSegmentLayout(5, 3)));
 }
 
+TEST(SegmentLayout, HasBasesExactlyInDistillation) {
+  const v1::SegmentLayout plain = MakeSegmentLayout(5, 2);
+  const v1::SegmentLayout layout = MakeSegmentLayout(5, 2, true);
+
+  EXPECT_NE(LayoutSha256(layout), LayoutSha256(plain));
+  ASSERT_EQ(layout.columns_size(), plain.columns_size() + 2);
+  int bases = 0;
+  for (const auto& column : layout.columns()) {
+    if (column.name() != "base" && column.name() != "teacher_base") continue;
+    ++bases;
+    EXPECT_EQ(column.dtype(), v1::DATA_TYPE_FLOAT64);
+    EXPECT_EQ(column.lead(), v1::SegmentLayout::LEAD_STEP);
+    EXPECT_THAT(column.shape(), ::testing::ElementsAre(2));
+  }
+  EXPECT_EQ(bases, 2);
+}
+
 TEST(SegmentLayout, RefusesAMissingColumn) {
   v1::Segment segment = GoodSegment();
   segment.mutable_columns()->RemoveLast();

@@ -15,22 +15,23 @@
 namespace sinew {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+
+// A shipped recipe, with defaults.
+v1::Recipe Load(const std::string& name) {
+  const auto path = FindWorkspaceFile("deploy/recipes/" + name + ".textproto");
+  EXPECT_THAT(path, IsOk());
+  const auto text = ReadFile(*path);
+  EXPECT_THAT(text, IsOk());
+  auto recipe = ParseRecipe(*text, *path);
+  EXPECT_THAT(recipe, IsOk());
+  return WithDefaults(*std::move(recipe));
+}
 
 class RecipesTest : public ::testing::TestWithParam<std::string> {
  protected:
-  void SetUp() override {
-    const auto path =
-        FindWorkspaceFile("deploy/recipes/" + GetParam() + ".textproto");
-    ASSERT_THAT(path, IsOk());
-    const auto text = ReadFile(*path);
-    ASSERT_THAT(text, IsOk());
-    auto recipe = ParseRecipe(*text, *path);
-    ASSERT_THAT(recipe, IsOk());
-    recipe_ = WithDefaults(*std::move(recipe));
-  }
-
-  v1::Recipe recipe_;
+  const v1::Recipe recipe_ = Load(GetParam());
 };
 
 TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
@@ -39,9 +40,45 @@ TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RecipesTest,
-                         ::testing::Values("phc_plus", "phc_plus_g1",
+                         ::testing::Values("phc_plus", "phc_plus_g1", "pulse",
+                                           "pulse_g1", "pulse_no_bottleneck",
                                            "track_clip", "track_library"),
                          [](const auto& info) { return info.param; });
+
+// A student's recipe and the one that its teacher was trained with.
+void ExpectTeacher(const std::string& student, const std::string& teacher) {
+  const v1::Recipe of_student = Load(student);
+  const v1::Recipe of_teacher = Load(teacher);
+
+  EXPECT_THAT(of_student.distillation().teacher_action(),
+              EqualsProto(of_teacher.task().action()));
+  EXPECT_THAT(of_student.task().observation(),
+              EqualsProto(of_teacher.task().observation()));
+  EXPECT_THAT(of_student.physics(), EqualsProto(of_teacher.physics()));
+  EXPECT_THAT(of_student.task().randomisation(),
+              EqualsProto(of_teacher.task().randomisation()));
+  EXPECT_THAT(of_student.task().actuator_model(),
+              EqualsProto(of_teacher.task().actuator_model()));
+}
+
+TEST(StudentsTest, KnowTheActionLawAndTheWorldOfTheirTeacher) {
+  ExpectTeacher("pulse", "track_library");
+  ExpectTeacher("pulse_no_bottleneck", "track_library");
+  ExpectTeacher("pulse_g1", "phc_plus_g1");
+}
+
+TEST(StudentsTest, DifferInTheirNetworkAlone) {
+  v1::Recipe pulse = Load("pulse");
+  const v1::Recipe plain = Load("pulse_no_bottleneck");
+  pulse.set_name(plain.name());
+  *pulse.mutable_network() = plain.network();
+  // What weighs the latent's losses.
+  pulse.mutable_distillation()->clear_kl_anneal_begin();
+  pulse.mutable_distillation()->clear_kl_anneal_end();
+
+  EXPECT_THAT(pulse, EqualsProto(plain));
+  EXPECT_FALSE(plain.network().has_latent());
+}
 
 }  // namespace
 }  // namespace sinew

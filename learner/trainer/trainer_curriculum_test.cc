@@ -43,6 +43,21 @@ TEST(Trainer, SnapshotsCarryTheStartTable) {
   }
 }
 
+TEST(Trainer, EpisodesOfTheTeacherSayNothingOfTheStudent) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_ppo()->clear_anneal();
+  recipe.mutable_distillation()->set_teacher_share(1);
+  Rig run(WithDefaults(recipe));
+
+  run.Iterate(4);
+
+  const v1::CurriculumTable& table =
+      run.trainer->snapshot().snapshot.curriculum();
+  ASSERT_EQ(table.bins_size(), 2);
+  EXPECT_EQ(table.bins(0).visits(), 0);
+  EXPECT_EQ(table.bins(0).failures(), 0);
+}
+
 TEST(Trainer, AnEvaluationIsInTheTableAtTheIterationWhereItTakesEffect) {
   Rig run(MakeRecipe());
 

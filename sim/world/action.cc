@@ -45,20 +45,42 @@ double ActionLaw::ReferenceBase(const Joint& joint,
          joint.torque_gain * frame.feedforward_torque[j];
 }
 
+double ActionLaw::BaseOf(size_t j, double joint_position,
+                         const motion::FrameView* next) const {
+  switch (placement_) {
+    case v1::Action::PLACEMENT_AROUND_CURRENT:
+      return joint_position;
+    case v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE:
+      if (next != nullptr) return ReferenceBase(joints_[j], *next, j);
+      return joints_[j].default_position;
+    default:
+      return joints_[j].default_position;
+  }
+}
+
+void ActionLaw::Base(absl::Span<const double> joint_position,
+                     const motion::FrameView* next,
+                     absl::Span<double> base) const {
+  SINEW_DCHECK(base.size() == joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    base[j] = BaseOf(j, joint_position[j], next);
+  }
+}
+
+std::vector<double> ActionLaw::Scales() const {
+  std::vector<double> scales;
+  for (const Joint& joint : joints_) scales.push_back(joint.scale);
+  return scales;
+}
+
 void ActionLaw::Target(absl::Span<const double> joint_position,
                        const motion::FrameView& next,
                        absl::Span<const float> action,
                        absl::Span<double> target) const {
   SINEW_DCHECK(action.size() == joints_.size());
   for (size_t j = 0; j < joints_.size(); ++j) {
-    const Joint& joint = joints_[j];
-    double base = joint.default_position;
-    if (placement_ == v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE) {
-      base = ReferenceBase(joint, next, j);
-    } else if (placement_ == v1::Action::PLACEMENT_AROUND_CURRENT) {
-      base = joint_position[j];
-    }
-    target[j] = Around(joint, base, action[j]);
+    target[j] =
+        Around(joints_[j], BaseOf(j, joint_position[j], &next), action[j]);
   }
 }
 
@@ -71,10 +93,8 @@ void ActionLaw::TargetOutOfSight(absl::Span<const double> joint_position,
                                  absl::Span<const float> action,
                                  absl::Span<double> target) const {
   for (size_t j = 0; j < joints_.size(); ++j) {
-    const double base = placement_ == v1::Action::PLACEMENT_AROUND_CURRENT
-                            ? joint_position[j]
-                            : joints_[j].default_position;
-    target[j] = Around(joints_[j], base, action[j]);
+    target[j] =
+        Around(joints_[j], BaseOf(j, joint_position[j], nullptr), action[j]);
   }
 }
 

@@ -49,6 +49,15 @@ class ActionLaw {
                         absl::Span<const float> action,
                         absl::Span<double> target) const;
 
+  // Bases [J] rad, what Target adds scaled actions to before it limits the sum;
+  // `next` as there, null as in TargetOutOfSight. What is not limited has
+  //   target = base + scale * action.
+  void Base(absl::Span<const double> joint_position,
+            const motion::FrameView* next, absl::Span<double> base) const;
+
+  // Radians per unit of action of each joint, [J].
+  std::vector<double> Scales() const;
+
   // What counts as the target before the first step of an episode that starts
   // with the reference frame `start` and the body's q: the base around that
   // frame, or q itself where targets are not placed around the reference.
@@ -66,6 +75,9 @@ class ActionLaw {
   };
   // Limits base + scale * action.
   double Around(const Joint& joint, double base, float action) const;
+  // Base of joint j, rad; `next` as in Base.
+  double BaseOf(size_t j, double joint_position,
+                const motion::FrameView* next) const;
   // Base around a reference frame, rad.
   static double ReferenceBase(const Joint& joint,
                               const motion::FrameView& frame, size_t j);

@@ -106,6 +106,48 @@ TEST_F(ActionLawTest, ClipsActionsAndLimitsTargetsToTheWidenedRange) {
   EXPECT_THAT(Target(narrow, {2, -2}), ElementsAre(1, -1.25));
 }
 
+TEST_F(ActionLawTest, TellsBasesWithoutLimitsAndScales) {
+  v1::Action recipe = Recipe();
+  recipe.set_velocity_feedforward(true);
+  recipe.set_torque_feedforward(true);
+  recipe.set_range_margin(0);
+  const ActionLaw law(recipe, Joints());
+  std::vector<double> base(2);
+
+  // As in FoldsFeedForwardsIntoTheTarget; the knee's range ends at 1.
+  law.Base(position_, &next_, absl::MakeSpan(base));
+  EXPECT_THAT(base, ElementsAre(DoubleEq(1.2), DoubleEq(-0.7)));
+  law.Base(position_, nullptr, absl::MakeSpan(base));
+  EXPECT_THAT(base, ElementsAre(0.25, 0.25));
+  EXPECT_THAT(law.Scales(), ElementsAre(0.2, 0.5));
+}
+
+TEST_F(ActionLawTest, TargetsAreBasesAndScaledActions) {
+  for (const auto placement :
+       {v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE,
+        v1::Action::PLACEMENT_AROUND_CURRENT, v1::Action::PLACEMENT_ABSOLUTE}) {
+    v1::Action recipe = Recipe();
+    recipe.set_placement(placement);
+    const ActionLaw law(recipe, Joints());
+    const std::array<float, 2> action = {0.5F, -1.25F};
+    std::vector<double> base(2), target(2);
+
+    for (const motion::FrameView* next :
+         {static_cast<const motion::FrameView*>(nullptr),
+          static_cast<const motion::FrameView*>(&next_)}) {
+      law.Base(position_, next, absl::MakeSpan(base));
+      if (next == nullptr) {
+        law.TargetOutOfSight(position_, action, absl::MakeSpan(target));
+      } else {
+        law.Target(position_, *next, action, absl::MakeSpan(target));
+      }
+      for (int j = 0; j < 2; ++j) {
+        EXPECT_DOUBLE_EQ(target[j], base[j] + law.Scales()[j] * action[j]);
+      }
+    }
+  }
+}
+
 TEST_F(ActionLawTest, StartsFromTheBaseOfTheStartFrame) {
   v1::Action recipe = Recipe();
   recipe.set_velocity_feedforward(true);

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
+#include "common/config/recipe.h"
 #include "sim/world/body_goal.h"
 #include "sim/world/observation_writer.h"
 
@@ -170,8 +171,11 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
   builder.frames_ahead_.assign(recipe.frames_ahead().begin(),
                                recipe.frames_ahead().end());
   if (builder.frames_ahead_.empty()) builder.frames_ahead_ = {1};
+  bool own = true;  // so far
   for (Observation::Block block : builder.blocks_) {
+    own = own && IsSelfBlock(block);
     builder.width_ += builder.BlockWidth(block);
+    if (own) builder.self_width_ = builder.width_;
   }
   return builder;
 }

@@ -72,6 +72,9 @@ class ObservationBuilder {
       const v1::Observation& recipe, int bodies, int joints, int feet);
 
   int width() const { return width_; }
+  // Columns of the body's own blocks (common/config/recipe.h: IsSelfBlock) that
+  // the observation begins with: what needs no reference.
+  int self_width() const { return self_width_; }
   // Frames ahead, A entries.
   absl::Span<const int> frames_ahead() const { return frames_ahead_; }
   // True if that block is part of the observation.
@@ -91,6 +94,7 @@ class ObservationBuilder {
   int joints_ = 0;
   int feet_ = 0;
   int width_ = 0;
+  int self_width_ = 0;
   std::vector<v1::Observation::Block> blocks_;
   std::vector<int> frames_ahead_;
 };

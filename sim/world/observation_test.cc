@@ -256,5 +256,20 @@ TEST(Observation, RefusesUnknownAndRepeatedBlocksAndTheCurrentFrame) {
               refused("frames_ahead[1]: expected >= 1, found 0"));
 }
 
+TEST(Observation, KnowsTheColumnsThatNeedNoReference) {
+  EXPECT_EQ(Builder({}).self_width(), kSelf);
+  EXPECT_EQ(Builder({Observation::BLOCK_SELF_CONTACT,
+                     Observation::BLOCK_SELF_JOINT_SPACE,
+                     Observation::BLOCK_PREVIOUS_TARGET,
+                     Observation::BLOCK_REFERENCE_DIFFERENCE})
+                .self_width(),
+            kFeet + kSelf + kJoints);
+  // What comes after a goal does not count.
+  EXPECT_EQ(Builder({Observation::BLOCK_REFERENCE_DIFFERENCE,
+                     Observation::BLOCK_SELF_CONTACT})
+                .self_width(),
+            0);
+}
+
 }  // namespace
 }  // namespace sinew::world

@@ -226,5 +226,39 @@ TEST(RecoveryTask, StepsAndStartsDoNotAllocate) {
   EXPECT_EQ(sinew::testing::AllocationCount() - before, 0);
 }
 
+// Both laws lose sight of the reference together.
+TEST(RecoveryTask, BasesOfAReferenceOutOfSightAreTheDefaultPose) {
+  v1::Recipe recipe = RecoveryRecipe();
+  recipe.mutable_distillation()->set_learning_rate(1e-3);
+  recipe.mutable_task()->mutable_action()->set_placement(
+      v1::Action::PLACEMENT_AROUND_CURRENT);
+  TaskRig rig(WithDefaults(recipe));
+  std::vector<double> base(4), teacher_base(4);
+  const auto bases = [&] {
+    rig.task->Bases(rig.data.get(), rig.episode, absl::MakeSpan(base),
+                    absl::MakeSpan(teacher_base), rig.work.get());
+  };
+
+  rig.Begin(0, 7,
+            {.kind = v1::START_KIND_FAR, .offset_x = 50, .recovery_steps = 9});
+  bases();
+  for (int j = 0; j < 4; ++j) {
+    const auto& joint = rig.toy.character->joints()[j];
+    EXPECT_EQ(base[j], rig.data->qpos[joint.qpos_address]);
+    EXPECT_EQ(teacher_base[j], joint.default_position);
+  }
+  std::vector<double> target(4);
+  rig.task->TeacherTarget(rig.data.get(), rig.episode, rig.action,
+                          absl::MakeSpan(target), rig.work.get());
+  EXPECT_EQ(target, teacher_base);
+
+  rig.Begin(0, 7);
+  bases();
+  const motion::FrameView next = rig.toy.library->frame(0, 8);
+  for (int j = 0; j < 4; ++j) {
+    EXPECT_EQ(teacher_base[j], next.joint_position[j]);
+  }
+}
+
 }  // namespace
 }  // namespace sinew::world

@@ -26,6 +26,16 @@ void AddOffsets(const Conditions& conditions, absl::Span<double> position) {
   }
 }
 
+void PlaceTarget(const ActionLaw& law, const motion::FrameView* next,
+                 absl::Span<const double> joint_position,
+                 absl::Span<const float> action, absl::Span<double> target) {
+  if (next == nullptr) {
+    law.TargetOutOfSight(joint_position, action, target);
+  } else {
+    law.Target(joint_position, *next, action, target);
+  }
+}
+
 std::string BodyName(const mjModel* model, int body) {
   const char* name = mj_id2name(model, mjOBJ_BODY, body);
   return name == nullptr ? "" : name;
@@ -68,6 +78,8 @@ TrackingTask::TrackingTask(const v1::Recipe& recipe,
       reader_(character),
       observation_(std::move(observation)),
       action_(recipe.task().action(), character.joints()),
+      teacher_action_(recipe.distillation().teacher_action(),
+                      character.joints()),
       actuation_(std::move(actuation)),
       recovery_(recipe.task().recovery()),
       randomisation_(std::move(randomisation)),
@@ -164,13 +176,34 @@ void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
                           absl::Span<double> target, Workspace* work,
                           const Conditions* conditions) const {
+  PlaceTarget(action_, SeeNext(data, episode, work, conditions),
+              work->joint_position, action, target);
+}
+
+void TrackingTask::TeacherTarget(const mjData* data, const Episode& episode,
+                                 absl::Span<const float> action,
+                                 absl::Span<double> target, Workspace* work,
+                                 const Conditions* conditions) const {
+  PlaceTarget(teacher_action_, SeeNext(data, episode, work, conditions),
+              work->joint_position, action, target);
+}
+
+void TrackingTask::Bases(const mjData* data, const Episode& episode,
+                         absl::Span<double> base,
+                         absl::Span<double> teacher_base, Workspace* work,
+                         const Conditions* conditions) const {
+  const motion::FrameView* next = SeeNext(data, episode, work, conditions);
+  action_.Base(work->joint_position, next, base);
+  teacher_action_.Base(work->joint_position, next, teacher_base);
+}
+
+const motion::FrameView* TrackingTask::SeeNext(
+    const mjData* data, const Episode& episode, Workspace* work,
+    const Conditions* conditions) const {
   work->frame->Load(episode.clip, CurrentFrame(episode) + 1);
   ReadJoints(data, conditions, absl::MakeSpan(work->joint_position));
-  if (recovery_.on() && IsFar(data, work->frame->view())) {
-    action_.TargetOutOfSight(work->joint_position, action, target);
-    return;
-  }
-  action_.Target(work->joint_position, work->frame->view(), action, target);
+  const motion::FrameView& next = work->frame->view();
+  return recovery_.on() && IsFar(data, next) ? nullptr : &next;
 }
 
 bool TrackingTask::IsFar(const mjData* data,

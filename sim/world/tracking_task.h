@@ -109,6 +109,8 @@ class TrackingTask {
   std::unique_ptr<Workspace> MakeWorkspace() const;
 
   int observation_width() const { return observation_.width(); }
+  // Columns that the observation begins with and that need no reference.
+  int self_observation_width() const { return observation_.self_width(); }
   int action_width() const { return reader_.num_joints(); }
   int substeps() const { return actuation_.substeps(); }
   // Doubles of a physics row (mjSTATE_INTEGRATION).
@@ -116,6 +118,7 @@ class TrackingTask {
   const character::Character& character() const { return *character_; }
   const motion::Library& library() const { return *library_; }
   const v1::Recipe& recipe() const { return recipe_; }
+  const ActionLaw& action_law() const { return action_; }
   const Actuation& actuation() const { return actuation_; }
   const RecoveryLaw& recovery() const { return recovery_; }
   const Randomisation& randomisation() const { return randomisation_; }
@@ -169,6 +172,19 @@ class TrackingTask {
               absl::Span<const float> action, absl::Span<double> target,
               Workspace* work, const Conditions* conditions = nullptr) const;
 
+  // The same from an action of the teacher, by its law. Precondition: the
+  // recipe has distillation.
+  void TeacherTarget(const mjData* data, const Episode& episode,
+                     absl::Span<const float> action, absl::Span<double> target,
+                     Workspace* work,
+                     const Conditions* conditions = nullptr) const;
+
+  // What Target and TeacherTarget of this control step add to scaled actions
+  // before they limit the sum, [J] rad each. Precondition: as above.
+  void Bases(const mjData* data, const Episode& episode,
+             absl::Span<double> base, absl::Span<double> teacher_base,
+             Workspace* work, const Conditions* conditions = nullptr) const;
+
   // One control step under `target`: physics, reward, termination;
   // advances the episode (step + 1, sums) and copies target into
   // previous_target. Never resets. Is Finish after Simulate.
@@ -201,6 +217,11 @@ class TrackingTask {
   // Whether the reference's root is too far from the body's to be seen.
   bool IsFar(const mjData* data, const motion::FrameView& reference) const;
   StepResult Judge(double power, Episode* episode, Workspace* work) const;
+  // The frame that targets are placed around, null if it is out of sight;
+  // leaves the joints as the encoders have them in work->joint_position.
+  const motion::FrameView* SeeNext(const mjData* data, const Episode& episode,
+                                   Workspace* work,
+                                   const Conditions* conditions) const;
   // As the encoders have them under these conditions (null: the truth).
   void ReadJoints(const mjData* data, const Conditions* conditions,
                   absl::Span<double> out) const;
@@ -213,6 +234,7 @@ class TrackingTask {
   BodyReader reader_;
   ObservationBuilder observation_;
   ActionLaw action_;
+  ActionLaw teacher_action_;  // unused without distillation
   Actuation actuation_;
   RecoveryLaw recovery_;
   Randomisation randomisation_;

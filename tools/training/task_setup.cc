@@ -107,7 +107,9 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
     setup.joints.push_back(joint.name);
   }
   setup.observation_width = rollout->task().observation_width();
+  setup.self_observation_width = rollout->task().self_observation_width();
   setup.action_width = rollout->task().action_width();
+  setup.action_scales = rollout->task().action_law().Scales();
   setup.layout = rollout->layout();
   setup.layout_sha256 = rollout->layout_sha256();
   if (recipe.ppo().mirror()) {

@@ -26,7 +26,11 @@ struct TaskSetup {
   std::string character, character_sha256;
   std::vector<std::string> joints;
   int observation_width = 0;
+  // Columns that the observation begins with and that are about the body alone.
+  int self_observation_width = 0;
   int action_width = 0;
+  // Radians per unit of action (sim/world/action.h), [A].
+  std::vector<double> action_scales;
   v1::SegmentLayout layout;
   std::string layout_sha256;
   // Of the task, if the recipe learns from mirror images.

@@ -52,6 +52,15 @@ class TaskSetups : public ::testing::Test {
       world::testing::MakeToyWorld(RecoveryRecipe());
 };
 
+TEST_F(TaskSetups, TellWhatTheLearnerMustKnowOfTheTask) {
+  const TaskSetup setup = SetUpToy();
+
+  // Five bodies, four joints; the third joint has a scale of its own.
+  EXPECT_EQ(setup.self_observation_width, 13 + 2 * 4 + 3 * 4);
+  EXPECT_GT(setup.observation_width, setup.self_observation_width);
+  EXPECT_THAT(setup.action_scales, ::testing::ElementsAre(0.2, 0.2, 0.3, 0.2));
+}
+
 TEST_F(TaskSetups, HaveFallenStatesWhereTheRecipeStartsFromThem) {
   const TaskSetup setup = SetUpToy();
 

@@ -1,0 +1,332 @@
+// Rollouts of recipes that distil: bases, policies without distribution,
+// episodes in which the teacher acts.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "actor/rollout.h"
+#include "actor/testing/rollout_rig.h"
+#include "common/config/recipe.h"
+#include "common/digest.h"
+#include "common/segment/segment_layout.h"
+#include "common/segment/teacher_episode.h"
+#include "common/testing/allocation_count.h"
+#include "common/testing/matchers.h"
+#include "sim/motion/library.h"
+#include "sim/world/tracking_task.h"
+
+namespace sinew::actor {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using testing::Bytes;
+using testing::Column;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using testing::RolloutRig;
+
+constexpr int kJoints = 4;
+// The toy's joints: range +-1.5 rad, margin 1.5; the third has a scale of its
+// own.
+constexpr double kEnd = 3, kOwnScale = 0.3;
+constexpr char kAbsolute[] = "action { placement: PLACEMENT_ABSOLUTE }";
+
+// `task` and `distillation` are the insides of these groups.
+v1::Recipe StudentRecipe(const std::string& task = "",
+                         const std::string& distillation = "") {
+  auto recipe = ParseRecipe(
+      absl::StrCat("task {", task, "} distillation {", distillation, "}"),
+      "test");
+  EXPECT_THAT(recipe, IsOk());
+  return WithDefaults(*recipe);
+}
+
+// Episode of each row, of environments that all began with episode 0.
+std::vector<int> EpisodeOfRows(const v1::Segment& segment, int environments) {
+  const auto terminated = Column<uint8_t>(segment, "terminated");
+  const auto truncated = Column<uint8_t>(segment, "truncated");
+  std::vector<int> current(environments), rows;
+  for (size_t i = 0; i < terminated.size(); ++i) {
+    int& episode = current[i % environments];
+    rows.push_back(episode);
+    if (terminated[i] != 0 || truncated[i] != 0) ++episode;
+  }
+  return rows;
+}
+
+// Of row i's joint j, base + scale * action, limited.
+struct Rows {
+  explicit Rows(const v1::Segment& segment)
+      : action(Column<float>(segment, "action")),
+        mean(Column<float>(segment, "action_mean")),
+        target(Column<double>(segment, "target")),
+        base(Column<double>(segment, "base")),
+        teacher_base(Column<double>(segment, "teacher_base")) {}
+
+  size_t size() const { return target.size(); }
+  double Made(const std::vector<double>& bases, size_t i, double scale) const {
+    const double own = i % kJoints == 2 ? kOwnScale : scale;
+    return std::clamp(bases[i] + own * action[i], -kEnd, kEnd);
+  }
+
+  std::vector<float> action, mean;
+  std::vector<double> target, base, teacher_base;
+};
+
+TEST(DistillationRollout, FillsTheColumnsOfItsLayout) {
+  RolloutRig rig(StudentRecipe(kAbsolute));
+  rig.UseLatentPolicy();
+
+  const v1::Segment segment = rig.Run(rig.TrainOrder(3, 40));
+
+  EXPECT_THAT(CheckColumns(segment, rig.assets->layout(), 40, 3), IsOk());
+  EXPECT_THAT(CheckColumnsFinite(segment), IsOk());
+  EXPECT_EQ(FindColumn(rig.Run(rig.TrainOrder(1, 1)), "base")->shape_size(), 3);
+  EXPECT_EQ(FindColumn(RolloutRig().Run(RolloutRig().TrainOrder(1, 1)), "base"),
+            nullptr);
+}
+
+TEST(DistillationRollout, BaseAndScaledActionMakeTheTarget) {
+  RolloutRig rig(StudentRecipe());
+
+  const Rows rows(rig.Run(rig.TrainOrder(3, 40)));
+
+  EXPECT_EQ(rows.base, rows.teacher_base);  // the same law
+  for (size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows.target[i], rows.Made(rows.base, i, 0.2), 1e-12);
+  }
+}
+
+TEST(DistillationRollout, TargetsAreThoseOfARunWithoutDistillation) {
+  RolloutRig student(StudentRecipe());
+  RolloutRig plain;
+  student.UseZeroAction();
+  plain.UseZeroAction();
+  v1::Order order = plain.TrainOrder(1, 6);
+  *order.mutable_states(0) = plain.StandingState();
+  v1::Order same = student.TrainOrder(1, 6);
+  *same.mutable_states(0) = student.StandingState();
+
+  const Rows rows(student.Run(same));
+  const v1::Segment segment = plain.Run(order);
+
+  // The plain run explores.
+  const auto action = Column<float>(segment, "action");
+  const auto target = Column<double>(segment, "target");
+  for (int j = 0; j < kJoints; ++j) {
+    const double scale = j == 2 ? kOwnScale : 0.2;
+    EXPECT_NEAR(target[j], rows.base[j] + scale * action[j], 1e-12);
+  }
+}
+
+TEST(DistillationRollout, EachLawHasItsBase) {
+  RolloutRig rig(StudentRecipe(kAbsolute));
+  rig.UseLatentPolicy();
+  v1::Order order = rig.TrainOrder(1, 10);
+  *order.mutable_states(0) = rig.StandingState();
+
+  const v1::Segment segment = rig.Run(order);
+
+  const Rows rows(segment);
+  const auto frames = Column<int32_t>(segment, "frame");
+  const auto clips = Column<int32_t>(segment, "clip");
+  const world::TrackingTask& task = rig.assets->task();
+  ASSERT_EQ(segment.episodes_size(), 0);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const size_t t = i / kJoints, j = i % kJoints;
+    EXPECT_EQ(rows.base[i], task.character().joints()[j].default_position);
+    EXPECT_EQ(rows.teacher_base[i],
+              task.library().frame(clips[t], frames[t] + 1).joint_position[j]);
+  }
+}
+
+TEST(DistillationRollout, BasesAreWhatTheWorldsVariantsMakeOfThem) {
+  RolloutRig rig(
+      StudentRecipe("action { placement: PLACEMENT_AROUND_CURRENT }"
+                    "recovery { fallen_share: 0.4 far_share: 0.4 steps: 6"
+                    "           fallen_states: 2 }"
+                    "randomisation { mass: 0.2 joint_offset: 0.05 }"));
+  rig.UseLatentPolicy();
+
+  const v1::Segment segment = rig.Run(rig.TrainOrder(4, 60));
+
+  const Rows rows(segment);
+  const auto valid = Column<uint8_t>(segment, "valid");
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (valid[i / kJoints] == 0) continue;
+    EXPECT_NEAR(rows.target[i], rows.Made(rows.base, i, 0.2), 1e-12);
+  }
+  EXPECT_THAT(CheckColumnsFinite(segment), IsOk());
+}
+
+TEST(DistillationRollout, APolicyWithALatentExploresWithoutLogProbability) {
+  RolloutRig rig(StudentRecipe(kAbsolute));
+  rig.UseLatentPolicy();
+  v1::Order order = rig.TrainOrder(2, 3);
+  *order.mutable_states(0) = rig.StandingState();
+  *order.mutable_states(1) = rig.StandingState();
+
+  const v1::Segment segment = rig.Run(order);
+
+  const Rows rows(segment);
+  EXPECT_THAT(Column<float>(segment, "log_probability"), Each(0));
+  EXPECT_EQ(rows.action, rows.mean);
+  // One state, two noises.
+  for (int j = 0; j < kJoints; ++j) {
+    EXPECT_NE(rows.action[j], rows.action[kJoints + j]);
+  }
+}
+
+TEST(DistillationRollout, AGaussianPolicyActsWithItsMean) {
+  RolloutRig rig(StudentRecipe());
+
+  const Rows rows(rig.Run(rig.TrainOrder(2, 3)));
+
+  EXPECT_EQ(rows.action, rows.mean);
+}
+
+// Of two posteriors with one mean, whatever they are unsure about.
+TEST(DistillationRollout, EvaluatesWithThePosteriorsMean) {
+  RolloutRig rig(StudentRecipe(kAbsolute));
+  rig.UseLatentPolicy();
+  std::vector<std::string> results;
+  std::vector<std::vector<float>> actions;
+  for (const float log_variance : {-100.0F, 100.0F}) {
+    rig.SetParameter("encoder/log_variance/bias", log_variance);
+    rig.Run(rig.TrainOrder(2, 3));  // noise that must not be left over
+    const v1::Segment segment =
+        rig.Run(rig.EvaluationOrder({{1, 0, 19}, {0, 3, 20}}));
+    results.push_back(SerializeDeterministically(segment.results(0)) +
+                      SerializeDeterministically(segment.results(1)));
+    actions.push_back(Column<float>(rig.Run(rig.TrainOrder(2, 3)), "action"));
+  }
+
+  EXPECT_EQ(results[0], results[1]);
+  EXPECT_NE(actions[0], actions[1]);
+}
+
+// Half of the episodes are the teacher's; scales tell who acted.
+v1::Recipe SharedRecipe() {
+  return StudentRecipe(kAbsolute,
+                       "teacher_share: 0.5 teacher_action { scale: 0.4 }");
+}
+
+TEST(DistillationRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
+  RolloutRig rig(SharedRecipe());
+  rig.UseLatentPolicy(/*keep_as_teacher=*/true);
+  const v1::Order order = rig.TrainOrder(3, 40);
+  const std::string first = Bytes(rig.Run(order));
+
+  rig.Run(rig.TrainOrder(2, 7));  // other work in between
+  EXPECT_EQ(Bytes(rig.Run(order)), first);
+
+  rig.NewWorker();
+  EXPECT_EQ(Bytes(rig.Run(order)), first);
+}
+
+TEST(DistillationRollout, CutInTwoHalvesIsTheSameRollout) {
+  RolloutRig rig(SharedRecipe());
+  rig.UseLatentPolicy(/*keep_as_teacher=*/true);
+  const v1::Segment whole = rig.Run(rig.TrainOrder(3, 60));
+  v1::Order half = rig.TrainOrder(3, 30);
+  const v1::Segment first = rig.Run(half);
+  *half.mutable_states() = first.end_states();
+  rig.NewWorker();
+  const v1::Segment second = rig.Run(half);
+
+  ASSERT_GT(whole.episodes_size(), 3);
+  rig.ExpectTogether(whole, first, second);
+}
+
+TEST(DistillationRollout, TheTeacherActsByItsLawInItsEpisodesOnly) {
+  RolloutRig rig(SharedRecipe());
+  rig.UseLatentPolicy(/*keep_as_teacher=*/true);
+  const v1::Order order = rig.TrainOrder(4, 80);
+
+  const v1::Segment segment = rig.Run(order);
+
+  const Rows rows(segment);
+  const std::vector<int> episodes = EpisodeOfRows(segment, 4);
+  std::set<bool> seen;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const size_t row = i / kJoints;
+    const bool teacher =
+        IsTeacherEpisode(order.seed(), row % 4, episodes[row], 0.5);
+    seen.insert(teacher);
+    EXPECT_NEAR(rows.target[i],
+                teacher ? rows.Made(rows.teacher_base, i, 0.4)
+                        : rows.Made(rows.base, i, 0.2),
+                1e-12)
+        << i;
+  }
+  EXPECT_EQ(seen.size(), 2);
+  EXPECT_THAT(Column<float>(segment, "log_probability"), Each(0));
+}
+
+TEST(DistillationRollout, ATeacherThatAlwaysActsIsThePolicyThatItWas) {
+  RolloutRig rig(StudentRecipe("", "teacher_share: 1"));
+  rig.UseLatentPolicy(/*keep_as_teacher=*/true);
+  RolloutRig alone(StudentRecipe());
+
+  const Rows rows(rig.Run(rig.TrainOrder(3, 30)));
+  const Rows expected(alone.Run(alone.TrainOrder(3, 30)));
+
+  EXPECT_EQ(rows.action, expected.action);
+  EXPECT_EQ(rows.target, expected.target);
+}
+
+TEST(DistillationRollout, GraphsThatNobodyUsesChangeNothing) {
+  RolloutRig rig(StudentRecipe(kAbsolute));
+  rig.UseLatentPolicy();
+  RolloutRig more(StudentRecipe(kAbsolute));
+  more.UseLatentPolicy(/*keep_as_teacher=*/true);
+
+  const v1::Segment one = rig.Run(rig.TrainOrder(3, 20));
+  const v1::Segment two = more.Run(more.TrainOrder(3, 20));
+
+  EXPECT_EQ(more.snapshot->teacher(), nullptr);
+  for (int i = 0; i < one.columns_size(); ++i) {
+    EXPECT_EQ(one.columns(i).data(), two.columns(i).data())
+        << one.columns(i).name();
+  }
+}
+
+TEST(DistillationRollout, TrainingNeedsTheTeacherThatShares) {
+  RolloutRig rig(SharedRecipe());
+  rig.UseLatentPolicy();
+
+  EXPECT_THAT(rig.worker->Run(rig.TrainOrder(1, 5), *rig.snapshot),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected a snapshot with a graph "
+                                 "\"teacher\"")));
+  EXPECT_THAT(rig.worker->Run(rig.EvaluationOrder({{1, 0, 5}}), *rig.snapshot),
+              IsOk());
+}
+
+TEST(DistillationRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
+  RolloutRig rig(
+      StudentRecipe("", "teacher_share: 1 teacher_action { scale: 0.1 }"));
+  rig.UseLatentPolicy(/*keep_as_teacher=*/true);
+  v1::Order order = rig.TrainOrder(1, 4);
+  *order.mutable_states(0) = rig.StandingState();
+  const auto count = [&](int horizon) {
+    order.set_horizon(horizon);
+    rig.Run(order);
+    const int64_t before = sinew::testing::AllocationCount();
+    const v1::Segment segment = rig.Run(order);
+    EXPECT_EQ(segment.episodes_size(), 0);
+    return sinew::testing::AllocationCount() - before;
+  };
+
+  EXPECT_EQ(count(4), count(10));
+}
+
+}  // namespace
+}  // namespace sinew::actor
