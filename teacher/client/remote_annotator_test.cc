@@ -4,13 +4,13 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "common/rpc/server.h"
 #include "common/rpc/testing/held_grpc.h"
@@ -75,6 +75,7 @@ class RemoteAnnotatorTest : public ::testing::Test {
                               absl::MakeSpan(targets_));
   }
 
+  std::stop_source stop_;
   const rpc::SocketFolder folder_;
   RemoteAnnotatorOptions options_;
   std::vector<float> observations_;
@@ -187,6 +188,7 @@ TEST_F(RemoteAnnotatorTest, NeverUsesAnswersOfTheWrongSizeOrSpread) {
     if (call == 3) response.mutable_spread()->assign(16, '\0');
     return grpc::Status::OK;
   });
+  Add();
 
   ASSERT_THAT(Annotate(), IsOk());
 
@@ -298,14 +300,13 @@ TEST_F(RemoteAnnotatorTest, NamesPeersThatNeverAnswer) {
 }
 
 TEST_F(RemoteAnnotatorTest, EndsWhenStopped) {
-  std::stop_source stop;
-  Add([&](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
+  Add([this](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
     if (call == 0) return grpc::Status::OK;
-    stop.request_stop();
+    stop_.request_stop();
     AwaitCancellation(context);
     return grpc::Status::CANCELLED;
   });
-  options_.stop = stop.get_token();
+  options_.stop = stop_.get_token();
 
   EXPECT_THAT(Annotate(), StatusIs(absl::StatusCode::kCancelled));
 }

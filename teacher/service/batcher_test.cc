@@ -1,8 +1,6 @@
 #include "teacher/service/batcher.h"
 
 #include <atomic>
-#include <cmath>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>

@@ -81,8 +81,6 @@ TeacherPolicy MakeToyTeacher(uint64_t seed) {
   options.network = WithDefaults(v1::Recipe()).network();
   options.network.clear_policy_hidden();
   options.network.add_policy_hidden(24);
-  options.network.clear_critic_hidden();
-  options.network.add_critic_hidden(8);
   options.network.set_last_layer_gain(2);
   TeacherPolicy result;
   result.graph = policy::BuildTrackingPolicy(options).value();
