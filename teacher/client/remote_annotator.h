@@ -17,7 +17,7 @@ namespace sinew::teacher {
 
 struct RemoteAnnotatorOptions {
   // Replicas of one teacher, "HOST:PORT" or "unix:PATH"; at least one.
-  std::vector<std::string> addresses;
+  std::vector<std::string> addresses = {};
   rpc::Security security = {};
   // Ends every wait with CANCELLED.
   std::stop_token stop = {};

@@ -31,7 +31,7 @@ class TeacherServer {
  public:
   struct Options {
     // "unix:PATH" or "HOST:PORT"; port 0 takes a free one.
-    std::string address;
+    std::string address = {};
     rpc::Security security = {};
     // That compute, >= 1.
     int threads = 1;
