@@ -220,24 +220,11 @@ absl::Status CheckOptions(const RemoteAnnotatorOptions& options) {
   return absl::OkStatus();
 }
 
-}  // namespace
-
-absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
-    const RemoteAnnotatorOptions& options) {
-  SINEW_RETURN_IF_ERROR(CheckOptions(options));
-  Replicas replicas;
-  std::vector<Introduction> introductions;
-  for (const std::string& address : options.addresses) {
-    SINEW_ASSIGN_OR_RETURN(auto replica,
-                           Replica::Create(address, options.security));
-    replicas.push_back(std::move(replica));
-  }
-  for (const auto& replica : replicas) {
-    SINEW_ASSIGN_OR_RETURN(Introduction one,
-                           AwaitIntroduction(options, *replica));
-    introductions.push_back(std::move(one));
-  }
-  Introduction& first = introductions.front();
+// Whether all are one teacher; then what every one of them takes.
+absl::StatusOr<v1::DescribeTeacherResponse> CommonDescription(
+    const Replicas& replicas, absl::Span<const Introduction> introductions) {
+  const Introduction& first = introductions.front();
+  v1::DescribeTeacherResponse result = first.description;
   for (size_t i = 1; i < replicas.size(); ++i) {
     const Introduction& other = introductions[i];
     SINEW_RETURN_IF_ERROR(CheckAlike(first.description, replicas[0]->peer(),
@@ -247,16 +234,34 @@ absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
           replicas[i]->peer(), ": expected the same answer to a row of zeros ",
           "as ", replicas[0]->peer(), " gives, found another"));
     }
+    result.set_max_rows(
+        std::min(result.max_rows(), other.description.max_rows()));
   }
-  // What every replica takes.
-  for (const Introduction& one : introductions) {
-    first.description.set_max_rows(
-        std::min(first.description.max_rows(), one.description.max_rows()));
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
+    const RemoteAnnotatorOptions& options) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  Replicas replicas;
+  for (const std::string& address : options.addresses) {
+    SINEW_ASSIGN_OR_RETURN(auto replica,
+                           Replica::Create(address, options.security));
+    replicas.push_back(std::move(replica));
   }
-  v1::DescribeTeacherResponse description = first.description;
-  return std::make_unique<RemoteAnnotator>(options, std::move(replicas),
-                                           std::move(description),
-                                           std::move(first.spread));
+  std::vector<Introduction> introductions;
+  for (const auto& replica : replicas) {
+    SINEW_ASSIGN_OR_RETURN(Introduction one,
+                           AwaitIntroduction(options, *replica));
+    introductions.push_back(std::move(one));
+  }
+  SINEW_ASSIGN_OR_RETURN(v1::DescribeTeacherResponse description,
+                         CommonDescription(replicas, introductions));
+  return std::make_unique<RemoteAnnotator>(
+      options, std::move(replicas), std::move(description),
+      std::move(introductions.front().spread));
 }
 
 }  // namespace sinew::teacher
