@@ -9,11 +9,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "common/policy/executor.h"
 #include "common/policy/validate.h"
 #include "common/random/philox.h"
 #include "common/status_macros.h"
-#include "proto/sinew/v1/task.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::sampling {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "common/policy/executor.h"
 #include "common/policy/ports.h"
-#include "common/policy/weights_pack.h"
 #include "common/stop.h"
 #include "deploy/bundle/bundle.h"
 #include "sim/metrics/diversity.h"
