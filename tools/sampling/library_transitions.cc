@@ -5,8 +5,12 @@
 #include <vector>
 
 #include "common/status_macros.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "sim/character/model_ptr.h"
 #include "sim/world/body_state.h"
+#include "sim/world/tracking_task.h"
 #include "tools/evaluation/rollout_pool.h"
+#include "tools/sampling/free_body.h"
 
 namespace sinew::sampling {
 namespace {
@@ -81,6 +85,31 @@ std::vector<float> StatesOf(const Sampler& sampler, const Tracked& tracked,
   return rows;
 }
 
+// Foot skate and energy of the clips, played as they are.
+void MeasureClips(const Sampler& sampler, const motion::Library& library,
+                  LibraryTransitions* result) {
+  const BodyLaw& law = sampler.law();
+  const mjModel* model = law.character().model();
+  const auto feet = static_cast<int>(law.character().foot_bodies().size());
+  const character::DataPtr data(mj_makeData(model));
+  FreeBody body(sampler.shared_law());
+  for (int clip = 0; clip < library.num_clips(); ++clip) {
+    if (library.clip(clip).left_out()) continue;
+    metrics::FootSkateMeter skate(law.foot_of_sole(), feet, law.control_hz());
+    metrics::MotionEnergyMeter energy(law.control_hz());
+    for (int64_t i = 0; i < library.clip(clip).num_frames(); ++i) {
+      world::SetReferencePose(law.character(), library.frame(clip, i),
+                              data.get());
+      body.Start(absl::MakeConstSpan(data->qpos, model->nq),
+                 absl::MakeConstSpan(data->qvel, model->nv));
+      skate.Add(body.SolePoints());
+      energy.Add(body.state().position, body.state().joint_velocity);
+    }
+    result->skate.Add(skate.figures());
+    result->energy.Add(energy.figures());
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
@@ -108,6 +137,7 @@ absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
   }
   result.standardisation = metrics::Standardise(set);
   result.rows = metrics::Standardised(set, result.standardisation);
+  MeasureClips(sampler, library, &result);
   return result;
 }
 

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <optional>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/stop.h"
+#include "sim/metrics/foot_skate.h"
+#include "sim/metrics/motion_energy.h"
 #include "sim/metrics/transitions.h"
 #include "sim/motion/library.h"
 #include "tools/evaluation/subject.h"
@@ -18,6 +21,9 @@ struct LibraryTransitions {
   metrics::Standardisation standardisation;
   metrics::FeatureRows rows;  // standardised, [L, 2 F]
   int64_t all = 0;            // of the library; L of them are compared with
+  // Of the clips themselves: what samples can be measured by.
+  metrics::FootSkate skate;
+  metrics::MotionEnergy energy;
   // What the policy covers when it tracks the library, where that was asked
   // for, and the number of its transitions.
   std::optional<metrics::TransitionMatch> student = std::nullopt;

@@ -9,6 +9,8 @@
 
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "sim/metrics/transitions.h"
+#include "sim/world/body_state.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/library_transitions.h"
 #include "tools/sampling/sample_starts.h"

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/free_body.h"
 #include "tools/sampling/testing/latent_bundle.h"

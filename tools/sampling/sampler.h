@@ -76,6 +76,7 @@ class Sampler {
                                                 const StopToken& stop) const;
 
   const BodyLaw& law() const { return *law_; }
+  std::shared_ptr<const BodyLaw> shared_law() const { return law_; }
   int latent_width() const { return latent_width_; }
   // F, and the features of a state.
   int num_features() const { return features_.width(); }

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "proto/sinew/v1/graph.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/sample_starts.h"
 #include "tools/sampling/testing/latent_bundle.h"

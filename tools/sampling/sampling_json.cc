@@ -151,12 +151,17 @@ std::string SamplingJson(const SamplingSource& source,
                {"control_hz", source.control_hz},
                {"standing_height_m", source.standing_height}};
   if (library != nullptr) {
-    json["library"] = {{"motions", source.motions},
-                       {"sha256", source.library_sha256},
-                       {"transitions", library->rows.rows()},
-                       {"transitions_all", library->all},
-                       {"features", source.features},
-                       {"threshold", source.threshold}};
+    json["library"] = {
+        {"motions", source.motions},
+        {"sha256", source.library_sha256},
+        {"transitions", library->rows.rows()},
+        {"transitions_all", library->all},
+        {"features", source.features},
+        {"threshold", source.threshold},
+        {"foot_skate_m_per_s", library->skate.mean_m_per_s()},
+        {"root_speed_m_per_s", library->energy.root_speed_m_per_s()},
+        {"joint_speed_rad_per_s", library->energy.joint_speed_rad_per_s()},
+        {"acceleration_m_per_s2", library->energy.acceleration_m_per_s2()}};
     if (library->student) {
       json["student"] = TransitionsObject(
           metrics::SummariseMatch(*library->student, source.features,
