@@ -21,6 +21,7 @@
 #include "tools/sinew/render_command.h"
 #include "tools/sinew/replay_command.h"
 #include "tools/sinew/report_command.h"
+#include "tools/sinew/sample_command.h"
 #include "tools/sinew/teacher_command.h"
 #include "tools/sinew/train_command.h"
 #include "tools/sinew/verify_command.h"
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
   AddRenderCommand(app, action);
   AddReplayCommand(app, action);
   AddReportCommand(app, action);
+  AddSampleCommand(app, action);
   AddTeacherCommand(app, action);
   AddTrainCommand(app, action);
   AddVerifyCommand(app, action);
