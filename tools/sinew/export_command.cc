@@ -18,6 +18,7 @@
 #include "learner/state/newest_state.h"
 #include "learner/state/state_store.h"
 #include "proto/sinew/v1/run.pb.h"
+#include "tools/training/shown_folder.h"
 
 namespace sinew::tools {
 namespace {
@@ -93,7 +94,9 @@ absl::Status ExportBest(const ExportOptions& options,
                            options.out);
 }
 
-absl::Status RunExport(const ExportOptions& options, const StopToken& stop) {
+absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
+  ExportOptions options = asked;
+  SINEW_ASSIGN_OR_RETURN(options.run, FolderToExport(asked.run));
   const std::string folder = JoinPath(options.run, "checkpoints");
   if (!FileExists(folder)) {
     return absl::NotFoundError(absl::StrCat(

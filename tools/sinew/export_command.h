@@ -6,7 +6,8 @@
 namespace sinew::tools {
 
 // `sinew export --run RUN --out BUNDLE [--best]`: a bundle from a run directory
-// alone: of its newest saved state, or of the best evaluated policy.
+// alone: of its newest saved state, or of the best evaluated policy. Of a
+// procedure that is over: the same of the stage that it came to.
 void AddExportCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools
