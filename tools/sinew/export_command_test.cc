@@ -179,6 +179,24 @@ TEST_F(ExportCommand, MakesABundleOfTheStageThatAProcedureCameTo) {
             Sha256Hex(Snapshot(0.2)));
 }
 
+TEST_F(ExportCommand, WritesABundleOrAState) {
+  const auto run = [&](const std::string& flags) {
+    CLI::App app;
+    app.require_subcommand(1);
+    Action action;
+    AddExportCommand(app, action);
+    app.parse(absl::StrCat("export --run ", run_, flags));
+    return action(StopToken());
+  };
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+  EXPECT_THAT(run(""), StatusIs(kInvalid, HasSubstr("found none")));
+  EXPECT_THAT(run(" --out a --state b"),
+              StatusIs(kInvalid, HasSubstr("found both")));
+  EXPECT_THAT(run(" --state b --best"),
+              StatusIs(kInvalid, HasSubstr("--best")));
+}
+
 TEST_F(ExportCommand, NamesWhatIsMissing) {
   EXPECT_THAT(Export(), StatusIs(absl::StatusCode::kNotFound));
   SaveState(Snapshot(0.2));
