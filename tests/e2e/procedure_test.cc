@@ -126,16 +126,20 @@ TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
 
 TEST(ProcedureTest, EndsWithTheSameBitsIfItIsKilledInEveryStage) {
   const TrainingRig rig;
-  rig.MustRun("straight", Train(rig, "straight"));
+  const std::vector<std::string> longer = LongStages();
+  rig.MustRun("straight", Train(rig, "straight", 0, longer));
 
   for (const std::string& stage : kStages) {
     const std::string name = absl::StrCat("killed_in_", stage.substr(7, 2));
-    const auto process = rig.Start(name, Train(rig, "cut"));
-    rig.AwaitRows(*process, JoinPath("cut", stage), 1);
+    const std::string run = JoinPath("cut", stage);
+    const auto process = rig.Start(name, Train(rig, "cut", 0, longer));
+    rig.AwaitRows(*process, run, 1);
     process->Signal(SIGKILL);
     ASSERT_THAT(process->Wait(absl::Minutes(1)), IsOk());
+    // Within the stage, not after it.
+    ASSERT_LT(rig.Rows(run), kLongest) << stage;
   }
-  rig.MustRun("last", Train(rig, "cut"));
+  rig.MustRun("last", Train(rig, "cut", 0, longer));
 
   EXPECT_EQ(Fingerprints(rig, "cut"), Fingerprints(rig, "straight"));
 }

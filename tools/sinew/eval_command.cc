@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "common/cpu.h"
+#include "common/evaluation/evaluation_summary.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/evaluate_bundle.h"

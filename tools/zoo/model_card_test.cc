@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
 #include "common/config/recipe.h"
@@ -18,6 +19,7 @@
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/training/procedure_record.h"
+#include "tools/zoo/card_facts.h"
 #include "tools/zoo/zoo_entry.h"
 
 namespace sinew::zoo {
