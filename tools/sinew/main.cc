@@ -10,6 +10,7 @@
 #include "grpc/grpc.h"
 #include "tools/sinew/actor_command.h"
 #include "tools/sinew/bench_command.h"
+#include "tools/sinew/card_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/curriculum_command.h"
@@ -44,6 +45,7 @@ int main(int argc, char** argv) {
   Action action;
   AddActorCommand(app, action);
   AddBenchCommand(app, action);
+  AddCardCommand(app, action);
   AddCheckpointCommand(app, action);
   AddCurriculumCommand(app, action);
   AddEvalCommand(app, action);

@@ -24,6 +24,9 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                      "bundle whose weights a new run begins with");
   command.add_option("--primitives", flags.primitives,
                      "bundles that the composer of a new run weighs, in order");
+  command.add_option("--continue", flags.continue_from,
+                     "compact state (sinew export --state) that a new run goes "
+                     "on from");
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
@@ -44,6 +47,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.directory = flags.run;
   options.init = flags.init;
   options.primitives = flags.primitives;
+  options.continue_from = flags.continue_from;
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;
