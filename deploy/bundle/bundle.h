@@ -18,10 +18,12 @@ namespace sinew::bundle {
 // A bundle is a folder:
 //
 //   manifest.json            v1::BundleManifest in proto3 JSON; written last
-//   graph.textproto          v1::PolicyGraph: "policy" (later "encoder" ...)
+//   graph.textproto          v1::PolicyGraph: "policy"; with a latent also
+//                            "encoder", "prior", "decoder", "sample"
+//                            (latent_graphs.h)
 //   weights.safetensors      its parameters
-//   policy.onnx              the same graph for other runtimes; its external
-//                            data point into weights.safetensors
+//   NAME.onnx                each graph for other runtimes, "policy.onnx" at
+//                            least; external data in weights.safetensors
 //   character/               character.textproto, its MJCF and meshes
 //
 // The manifest names every other file with its SHA-256, and its own.
@@ -37,6 +39,11 @@ struct Bundle {
   // Path of the character's text proto, for character::Character::Load.
   std::string character_file() const {
     return directory + "/character/character.textproto";
+  }
+
+  // Path of a graph's ONNX model.
+  std::string onnx_file(const std::string& graph_name) const {
+    return directory + "/" + graph_name + ".onnx";
   }
 };
 

@@ -14,6 +14,7 @@
 #include "common/policy/ports.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/latent_graphs.h"
 #include "deploy/bundle/manifest.h"
 #include "sim/world/observation.h"
 
@@ -139,6 +140,10 @@ absl::Status CheckWidths(const Bundle& bundle) {
   check.Equal<int64_t>("action_width",
                        static_cast<int64_t>(character.joints().size()),
                        manifest.action_width());
+  if (HasLatent(bundle)) {
+    check.Equal<int64_t>("self_observation_width", observation->self_width(),
+                         manifest.self_observation_width());
+  }
   return check.status();
 }
 
@@ -155,6 +160,7 @@ absl::Status CheckGraph(const Bundle& bundle) {
         absl::StrCat(file, ": ", ports.status().message()));
   }
   SINEW_RETURN_IF_ERROR(In(file, ports.status()));
+  SINEW_RETURN_IF_ERROR(CheckLatent(bundle));
   std::vector<std::string> names;
   for (const v1::Graph& graph : bundle.graph.graphs()) {
     names.push_back(graph.name());
@@ -166,6 +172,8 @@ absl::Status CheckGraph(const Bundle& bundle) {
               bundle.manifest.observation_width());
   check.Equal("action_width", ports->action_width,
               bundle.manifest.action_width());
+  check.Equal("latent_width", LatentWidth(bundle.graph),
+              bundle.manifest.latent_width());
   return check.status();
 }
 

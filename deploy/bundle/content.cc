@@ -9,7 +9,9 @@
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/select_graphs.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/latent_graphs.h"
 #include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/world/observation.h"
 
@@ -37,7 +39,7 @@ void AddBodies(const character::Character& character,
   }
 }
 
-absl::Status AddTask(const ContentInputs& inputs,
+absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
                      v1::BundleManifest& manifest) {
   const v1::Recipe& recipe = inputs.recipe;
   const character::Character& character = *inputs.character;
@@ -54,6 +56,11 @@ absl::Status AddTask(const ContentInputs& inputs,
                              static_cast<int>(character.joints().size()),
                              static_cast<int>(character.foot_bodies().size())));
   manifest.set_observation_width(observation.width());
+  const int64_t latent_width = LatentWidth(graph);
+  if (latent_width > 0) {
+    manifest.set_self_observation_width(observation.self_width());
+    manifest.set_latent_width(latent_width);
+  }
   manifest.set_action_width(static_cast<int64_t>(character.joints().size()));
   return absl::OkStatus();
 }
@@ -62,22 +69,36 @@ std::string OrUnknown(const std::string& text) {
   return text.empty() ? "unknown" : text;
 }
 
+// What went into the weights, directly or by way of other bundles.
+void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
+  std::set<std::string> licences = {
+      OrUnknown(inputs.character->proto().licence())};
+  std::set<std::string> known;
+  const auto add = [&](const std::string& clip) {
+    if (known.insert(clip).second) provenance.add_clips(clip);
+  };
+  for (const v1::ClipInfo& clip : inputs.library.clips()) {
+    add(absl::StrCat(clip.name(), ": ", OrUnknown(clip.provenance()), " (",
+                     OrUnknown(clip.licence()), ")"));
+    licences.insert(OrUnknown(clip.licence()));
+  }
+  for (const v1::RunInputs::Source& source : inputs.sources) {
+    *provenance.add_sources() = source.bundle();
+    for (const std::string& clip : source.clips()) add(clip);
+    licences.insert(source.data_licences().begin(),
+                    source.data_licences().end());
+  }
+  for (const std::string& licence : licences) {
+    provenance.add_data_licences(licence);
+  }
+}
+
 void AddProvenance(const ContentInputs& inputs, v1::BundleManifest& manifest) {
   v1::BundleProvenance& provenance = *manifest.mutable_provenance();
   provenance.set_recipe(inputs.recipe.name());
   provenance.set_recipe_sha256(Sha256Hex(PrintRecipe(inputs.recipe)));
   provenance.set_library_sha256(inputs.library_sha256);
-  std::set<std::string> licences;
-  for (const v1::ClipInfo& clip : inputs.library.clips()) {
-    provenance.add_clips(absl::StrCat(clip.name(), ": ",
-                                      OrUnknown(clip.provenance()), " (",
-                                      OrUnknown(clip.licence()), ")"));
-    licences.insert(OrUnknown(clip.licence()));
-  }
-  licences.insert(OrUnknown(inputs.character->proto().licence()));
-  for (const std::string& licence : licences) {
-    provenance.add_data_licences(licence);
-  }
+  AddData(inputs, provenance);
   provenance.set_seed(inputs.recipe.seed());
   provenance.set_iterations(inputs.iterations);
   provenance.set_samples(inputs.samples);
@@ -98,17 +119,18 @@ absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs) {
                      inputs.snapshot.size(), " bytes that are none"));
   }
   BundleContent content;
-  content.graph = snapshot.graph();
   SINEW_ASSIGN_OR_RETURN(
-      content.weights,
+      const TensorMap weights,
       ParseSafetensors(snapshot.weights(), "weights of the snapshot"));
+  content.graph = policy::GraphsWithout(snapshot.graph(), {"teacher"});
+  content.weights = policy::WeightsOf(content.graph, weights);
   content.character_files = inputs.character_files;
   v1::BundleManifest& manifest = content.manifest;
   manifest.set_character(inputs.character->name());
   manifest.set_character_sha256(inputs.character->digest());
   AddJoints(*inputs.character, manifest);
   AddBodies(*inputs.character, manifest);
-  SINEW_RETURN_IF_ERROR(AddTask(inputs, manifest));
+  SINEW_RETURN_IF_ERROR(AddTask(inputs, content.graph, manifest));
   AddProvenance(inputs, manifest);
   return content;
 }

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "deploy/bundle/bundle.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 #include "sim/character/character.h"
 
 namespace sinew::bundle {
@@ -25,7 +27,10 @@ struct ContentInputs {
   // Manifest and Library::digest() of the library that was trained on.
   v1::MotionLibrary library;
   std::string library_sha256;
-  // A serialised v1::Snapshot: its graphs and weights become the bundle's.
+  // Of RunInputs: bundles that the run was made from.
+  std::vector<v1::RunInputs::Source> sources;
+  // A serialised v1::Snapshot: its graphs but "teacher", and their weights,
+  // become the bundle's.
   absl::string_view snapshot;
   // Of the training that led to the snapshot.
   int64_t iterations = 0;
@@ -35,8 +40,10 @@ struct ContentInputs {
 };
 
 // Everything that WriteBundle needs, in the order of the character: joints with
-// gains and limits, tracked bodies, layout and widths of the observation,
-// action law, physics, provenance. Metrics are left unset. Deterministic.
+// gains and limits, tracked bodies, layout and widths of the observation (and
+// of the latent, where the snapshot has graphs for one), action law, physics,
+// provenance. The sources' clips and licences stand behind the library's own,
+// each once. Metrics are left unset. Deterministic.
 //
 // Thread-safety: pure. Blocking: never. Errors: INVALID_ARGUMENT naming what
 // does not fit: a snapshot that is none, its weights, a block of the recipe.

@@ -131,6 +131,10 @@ absl::StatusOr<std::string> PrintManifest(v1::BundleManifest manifest) {
   return json;
 }
 
+std::string OnnxFile(absl::string_view graph_name) {
+  return absl::StrCat(graph_name, ".onnx");
+}
+
 bool IsBundlePath(absl::string_view path) {
   if (path.empty() || path.find('\\') != absl::string_view::npos) return false;
   const std::vector<absl::string_view> names = absl::StrSplit(path, '/');

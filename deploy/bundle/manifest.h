@@ -17,8 +17,11 @@ inline constexpr int kBundleFormatVersion = 1;
 inline constexpr char kManifestFile[] = "manifest.json";
 inline constexpr char kGraphFile[] = "graph.textproto";
 inline constexpr char kWeightsFile[] = "weights.safetensors";
-inline constexpr char kOnnxFile[] = "policy.onnx";
 inline constexpr char kCharacterFile[] = "character/character.textproto";
+
+// Name of the file with a graph as an ONNX model; every bundle has that of
+// "policy".
+std::string OnnxFile(absl::string_view graph_name);
 
 // manifest.json to message. INVALID_ARGUMENT or DATA_LOSS naming `source`: no
 // manifest; a newer version, by number, before anything else is looked at; a

@@ -43,8 +43,11 @@ using Files = std::map<std::string, std::string>;
 // Content of every file that the manifest names; those that must be are.
 absl::StatusOr<Files> ReadFiles(const v1::BundleManifest& manifest,
                                 const std::string& directory) {
-  std::set<std::string> names = {kGraphFile, kWeightsFile, kOnnxFile,
+  std::set<std::string> names = {kGraphFile, kWeightsFile, OnnxFile("policy"),
                                  kCharacterFile};
+  for (const std::string& graph : manifest.graphs()) {
+    names.insert(OnnxFile(graph));
+  }
   for (const auto& [name, digest] : manifest.files()) {
     if (!IsBundlePath(name)) {
       return absl::InvalidArgumentError(absl::StrCat(

@@ -14,7 +14,6 @@
 #include "deploy/bundle/content.h"
 #include "google/protobuf/text_format.h"
 #include "proto/sinew/v1/recipe.pb.h"
-#include "proto/sinew/v1/run.pb.h"
 #include "sim/character/character.h"
 #include "sim/character/character_files.h"
 
@@ -85,7 +84,8 @@ absl::Status WriteCharacter(const std::map<std::string, std::string>& files,
 }  // namespace
 
 absl::Status SaveRunInputs(const std::string& run, const std::string& character,
-                           const motion::Library& library) {
+                           const motion::Library& library,
+                           absl::Span<const v1::RunInputs::Source> sources) {
   SINEW_ASSIGN_OR_RETURN(const auto files,
                          character::CharacterFiles(character));
   SINEW_RETURN_IF_ERROR(RemoveRecursively(InputsFile(run)));
@@ -95,11 +95,23 @@ absl::Status SaveRunInputs(const std::string& run, const std::string& character,
   inputs.set_character_sha256(library.manifest().character_sha256());
   *inputs.mutable_library() = library.manifest();
   inputs.set_library_sha256(library.digest());
+  inputs.mutable_sources()->Add(sources.begin(), sources.end());
   // What is written now is what an export will find.
   SINEW_RETURN_IF_ERROR(LoadCharacter(run, v1::Physics(), inputs).status());
   std::string text;
   google::protobuf::TextFormat::PrintToString(inputs, &text);
   return WriteFileAtomically(InputsFile(run), text);
+}
+
+v1::RunInputs::Source MakeSource(absl::string_view role,
+                                 const v1::BundleManifest& manifest) {
+  v1::RunInputs::Source source;
+  source.mutable_bundle()->set_role(std::string(role));
+  source.mutable_bundle()->set_recipe(manifest.provenance().recipe());
+  source.mutable_bundle()->set_manifest_sha256(manifest.manifest_sha256());
+  *source.mutable_clips() = manifest.provenance().clips();
+  *source.mutable_data_licences() = manifest.provenance().data_licences();
+  return source;
 }
 
 absl::Status ExportRun(const std::string& run, const RunResult& result,
@@ -116,6 +128,7 @@ absl::Status ExportRun(const std::string& run, const RunResult& result,
                              CharacterFolder(run), "character.textproto")));
   content.library = inputs.library();
   content.library_sha256 = inputs.library_sha256();
+  content.sources.assign(inputs.sources().begin(), inputs.sources().end());
   content.snapshot = result.snapshot;
   content.iterations = result.iterations;
   content.samples = result.samples;

@@ -7,7 +7,9 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 #include "sim/motion/library.h"
 
 namespace sinew::bundle {
@@ -25,9 +27,17 @@ namespace sinew::bundle {
 // Thread-safety: one caller per run directory. Blocking: on the disk. Errors:
 // name file and field, expected and found.
 
-// Writes RUN/inputs/ anew; `character` as in Character::Load.
-absl::Status SaveRunInputs(const std::string& run, const std::string& character,
-                           const motion::Library& library);
+// Writes RUN/inputs/ anew; `character` as in Character::Load; `sources`: the
+// bundles that the run begins with or learns from.
+absl::Status SaveRunInputs(
+    const std::string& run, const std::string& character,
+    const motion::Library& library,
+    absl::Span<const v1::RunInputs::Source> sources = {});
+
+// A bundle as a source: "primitive", "teacher" or "init", with the clips and
+// licences of its own provenance. Pure.
+v1::RunInputs::Source MakeSource(absl::string_view role,
+                                 const v1::BundleManifest& manifest);
 
 // What a run came to.
 struct RunResult {

@@ -6,6 +6,7 @@
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
+#include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -16,9 +17,13 @@
 namespace sinew::bundle {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 // A run directory of the toy world, with the snapshot that it came to.
 struct FinishedRun {
@@ -64,6 +69,76 @@ TEST(ExportRun, NeedsNothingOutsideTheRun) {
   EXPECT_EQ(provenance.iterations(), 5);
   EXPECT_EQ(provenance.samples(), 99);
   EXPECT_FALSE(bundle->manifest.has_metrics());
+}
+
+TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
+  const FinishedRun run;
+  v1::BundleManifest teacher;
+  teacher.set_manifest_sha256("abc");
+  v1::BundleProvenance& provenance = *teacher.mutable_provenance();
+  provenance.set_recipe("phc_plus");
+  provenance.add_clips("turn: made for tests (Apache-2.0)");
+  provenance.add_clips("run: a studio (CC-BY-4.0)");
+  provenance.add_data_licences("CC-BY-4.0");
+  const v1::RunInputs::Source source = MakeSource("teacher", teacher);
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {source, source}),
+      IsOk());
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const v1::BundleProvenance made =
+      ReadBundle(JoinPath(run.folder, "bundle"))->manifest.provenance();
+  ASSERT_EQ(made.sources_size(), 2);
+  EXPECT_THAT(made.sources(0),
+              EqualsProto("role: \"teacher\" recipe: \"phc_plus\" "
+                          "manifest_sha256: \"abc\""));
+  EXPECT_THAT(made.clips(), ElementsAre("turn: made for tests (Apache-2.0)",
+                                        "sway: made for tests (Apache-2.0)",
+                                        "tumble: made for tests (Apache-2.0)",
+                                        "run: a studio (CC-BY-4.0)"));
+  EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0", "CC-BY-4.0"));
+}
+
+// A frozen copy of the graph "policy", as a run has whose teacher acts at
+// times.
+void AddTeacher(v1::Snapshot& snapshot) {
+  TensorMap weights = *ParseSafetensors(snapshot.weights(), "snapshot");
+  v1::PolicyGraph& graph = *snapshot.mutable_graph();
+  v1::Graph teacher = graph.graphs(0);
+  teacher.set_name("teacher");
+  for (v1::Node& node : *teacher.mutable_nodes()) {
+    for (std::string& parameter : *node.mutable_parameters()) {
+      parameter = "teacher/" + parameter;
+    }
+  }
+  const v1::PolicyGraph before = graph;
+  *graph.add_graphs() = teacher;
+  for (const v1::Parameter& parameter : before.parameters()) {
+    v1::Parameter& copy = *graph.add_parameters();
+    copy = parameter;
+    copy.set_name("teacher/" + parameter.name());
+    weights["teacher/" + parameter.name()] = weights.at(parameter.name());
+  }
+  snapshot.set_weights(SerializeSafetensors(weights));
+}
+
+TEST(ExportRun, LeavesATeacherInTheSnapshotOut) {
+  FinishedRun run;
+  v1::Snapshot snapshot;
+  ASSERT_TRUE(snapshot.ParseFromString(run.snapshot));
+  AddTeacher(snapshot);
+  run.snapshot = SerializeDeterministically(snapshot);
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(bundle->manifest.graphs(), ElementsAre("policy"));
+  for (const auto& [name, tensor] : bundle->weights) {
+    EXPECT_THAT(name, Not(StartsWith("teacher/")));
+  }
 }
 
 TEST(ExportRun, WritesMetricsWhereThereAreSome) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "common/digest.h"
@@ -19,6 +20,17 @@ namespace sinew::bundle {
 namespace {
 
 using Files = std::map<std::string, std::string>;
+
+// Graph names become file names.
+absl::Status CheckGraphName(const std::string& name) {
+  if (IsBundlePath(name) && !absl::StrContains(name, '/')) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("graphs: expected a name that a file may have, found "
+                   ", name, "
+                   ""));
+}
 
 // All files but the manifest.
 absl::StatusOr<Files> MakeFiles(const BundleContent& content) {
@@ -40,9 +52,12 @@ absl::StatusOr<Files> MakeFiles(const BundleContent& content) {
   const std::string weights = SerializeSafetensors(content.weights);
   SINEW_ASSIGN_OR_RETURN(const auto locations,
                          LocateSafetensors(weights, kWeightsFile));
-  SINEW_ASSIGN_OR_RETURN(
-      files[kOnnxFile],
-      policy::WriteOnnx(content.graph, "policy", locations, kWeightsFile));
+  for (const v1::Graph& graph : content.graph.graphs()) {
+    SINEW_RETURN_IF_ERROR(CheckGraphName(graph.name()));
+    SINEW_ASSIGN_OR_RETURN(files[OnnxFile(graph.name())],
+                           policy::WriteOnnx(content.graph, graph.name(),
+                                             locations, kWeightsFile));
+  }
   files[kWeightsFile] = weights;
   return files;
 }

@@ -8,7 +8,9 @@
 #include "absl/strings/str_cat.h"
 #include "common/policy/ports.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/latent_graphs.h"
 #include "deploy/runtime/root_estimate.h"
+#include "sim/motion/library.h"
 #include "sim/world/actuation.h"
 #include "sim/world/foot_contact.h"
 
@@ -45,6 +47,7 @@ absl::StatusOr<std::unique_ptr<Runtime>> Runtime::Open(
 Runtime::Runtime(bundle::Bundle bundle, world::ObservationBuilder observation)
     : bundle_(std::move(bundle)),
       builder_(std::move(observation)),
+      self_builder_(builder_.SelfPart()),
       reader_(character()),
       law_(bundle::TaskRecipe(bundle_.manifest).task().action(),
            character().joints()),
@@ -77,6 +80,10 @@ absl::Status Runtime::Bind() {
   observation_ = executor_->input(executor_->input_index(ports.observation));
   observation_ = observation_.first(builder_.width());
   action_tap_ = executor_->tap_index(ports.action);
+  if (!bundle::HasLatent(bundle_)) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(latent_, LatentNetworks::Create(bundle_));
+  self_observation_.resize(self_builder_.width());
+  latent_input_.resize(latent_->width());
   return absl::OkStatus();
 }
 
@@ -113,7 +120,7 @@ absl::Status Runtime::ReadReference(int ahead, PoseBuffer* out) {
 
 absl::Status Runtime::Reset(const Pose& state, const Pose* reference) {
   SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
-  if (reference == nullptr && !feed_->playing()) {
+  if (reference == nullptr && !feed_->playing() && latent_ == nullptr) {
     return absl::FailedPreconditionError(
         "reset: expected a clip to play or a reference frame, found neither");
   }
@@ -123,6 +130,9 @@ absl::Status Runtime::Reset(const Pose& state, const Pose* reference) {
   if (reference != nullptr) {
     SINEW_RETURN_IF_ERROR(CheckPose(*reference, reference_needs_, "reference"));
     law_.InitialTarget(q, feed_->RowOf(*reference), target);
+  } else if (!feed_->playing()) {
+    // The law of a bundle with a latent looks at no frame.
+    law_.InitialTarget(q, motion::FrameView(), target);
   } else {
     if (feed_->wants_alignment()) {
       feed_->AlignTo(state.root_position, state.root_rotation);
@@ -133,21 +143,47 @@ absl::Status Runtime::Reset(const Pose& state, const Pose* reference) {
   return absl::OkStatus();
 }
 
-absl::Status Runtime::CheckStep(const Pose& state,
-                                absl::Span<double> target) const {
+absl::Status Runtime::CheckReset(absl::string_view call,
+                                 const Pose& state) const {
   if (!is_reset_) {
-    return absl::FailedPreconditionError("step: expected a reset first");
-  }
-  if (target.size() != previous_target_.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("target: expected room for ", previous_target_.size(),
-                     " joints, found ", target.size()));
+    return absl::FailedPreconditionError(
+        absl::StrCat(call, ": expected a reset first"));
   }
   return CheckPose(state, state_needs_, "state");
 }
 
+absl::Status Runtime::CheckTarget(absl::Span<double> target) const {
+  if (target.size() == previous_target_.size()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("target: expected room for ", previous_target_.size(),
+                   " joints, found ", target.size()));
+}
+
+absl::Status Runtime::CheckFrames(absl::Span<const Pose> frames) const {
+  if (frames.size() != feed_->offsets().size()) {
+    return absl::InvalidArgumentError(absl::StrCat("frames: expected ",
+                                                   feed_->offsets().size(),
+                                                   ", found ", frames.size()));
+  }
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SINEW_RETURN_IF_ERROR(CheckPose(frames[i], reference_needs_, "frames"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::CheckFinite(absl::string_view what,
+                                  absl::Span<const float> values) {
+  for (const float value : values) {
+    if (std::isfinite(value)) continue;
+    return absl::InternalError(
+        absl::StrCat(what, ": expected finite numbers, found ", value));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Runtime::Step(const Pose& state, absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(CheckStep(state, target));
+  SINEW_RETURN_IF_ERROR(CheckReset("step", state));
+  SINEW_RETURN_IF_ERROR(CheckTarget(target));
   if (!feed_->playing()) {
     return absl::FailedPreconditionError("step: expected a clip to play");
   }
@@ -159,15 +195,9 @@ absl::Status Runtime::Step(const Pose& state, absl::Span<double> target) {
 
 absl::Status Runtime::StepTo(const Pose& state, absl::Span<const Pose> frames,
                              absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(CheckStep(state, target));
-  if (frames.size() != feed_->offsets().size()) {
-    return absl::InvalidArgumentError(absl::StrCat("frames: expected ",
-                                                   feed_->offsets().size(),
-                                                   ", found ", frames.size()));
-  }
-  for (size_t i = 0; i < frames.size(); ++i) {
-    SINEW_RETURN_IF_ERROR(CheckPose(frames[i], reference_needs_, "frames"));
-  }
+  SINEW_RETURN_IF_ERROR(CheckReset("step", state));
+  SINEW_RETURN_IF_ERROR(CheckTarget(target));
+  SINEW_RETURN_IF_ERROR(CheckFrames(frames));
   feed_->LoadGiven(frames);
   return Act(state, target);
 }
@@ -180,8 +210,7 @@ void Runtime::PlaceBody(const Pose& state) {
   if (state.root_position == nullptr || state.root_linear_velocity == nullptr) {
     std::fill_n(velocity, 3, 0.0);
     const RootEstimate estimate = EstimateRoot(character(), data_.get());
-    const Eigen::Vector2d plane = feed_->RootNow();
-    const double guess[3] = {plane.x(), plane.y(), estimate.height};
+    const double guess[3] = {plane_.x(), plane_.y(), estimate.height};
     std::copy_n(state.root_position == nullptr ? guess : state.root_position, 3,
                 position);
     std::copy_n(state.root_linear_velocity == nullptr
@@ -192,16 +221,21 @@ void Runtime::PlaceBody(const Pose& state) {
   reader_.Read(data_.get(), &body_);
 }
 
+void Runtime::ShowPreviousTarget(const Pose& state) {
+  std::copy_n(state.previous_target == nullptr ? previous_target_.data()
+                                               : state.previous_target,
+              shown_target_.size(), shown_target_.begin());
+}
+
 void Runtime::Observe(const Pose& state) {
+  plane_ = feed_->RootNow();
   PlaceBody(state);
   is_out_of_sight_ = recovery_.on() && feed_->Hide(recovery_, body_);
   if (builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
     world::ReadFootContacts(character(), data_.get(),
                             absl::MakeSpan(self_contact_));
   }
-  std::copy_n(state.previous_target == nullptr ? previous_target_.data()
-                                               : state.previous_target,
-              shown_target_.size(), shown_target_.begin());
+  ShowPreviousTarget(state);
   builder_.Build({.body = &body_,
                   .reference = feed_->observed(),
                   .reference_contact = feed_->observed_contact(),
@@ -213,20 +247,20 @@ void Runtime::Observe(const Pose& state) {
 absl::Status Runtime::Act(const Pose& state, absl::Span<double> target) {
   Observe(state);
   executor_->Run(1);
-  for (const float value : action()) {
-    if (std::isfinite(value)) continue;
-    return absl::InternalError(
-        absl::StrCat("action: expected finite numbers, found ", value));
-  }
+  SINEW_RETURN_IF_ERROR(CheckFinite("action", action()));
   const absl::Span<double> new_target = absl::MakeSpan(new_target_);
   if (is_out_of_sight_) {
     law_.TargetOutOfSight(body_.joint_position, action(), new_target);
   } else {
     law_.Target(body_.joint_position, feed_->next(), action(), new_target);
   }
+  TakeTarget(target);
+  return absl::OkStatus();
+}
+
+void Runtime::TakeTarget(absl::Span<double> target) {
   previous_target_.swap(new_target_);
   std::copy(previous_target_.begin(), previous_target_.end(), target.begin());
-  return absl::OkStatus();
 }
 
 }  // namespace sinew::runtime

@@ -1,12 +1,14 @@
 // Counts what a tick takes from the heap: a program of its own, since it
 // replaces operator new.
 #include <string>
+#include <vector>
 
 #include "common/files.h"
 #include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "deploy/runtime/pose.h"
 #include "deploy/runtime/runtime.h"
 #include "deploy/runtime/simulation.h"
@@ -51,6 +53,41 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
     Pose given = frame.pose();
     given.contact = contact;
     ok = ok && policy->StepTo(body.pose(), {&given, 1}, body.target()).ok();
+  }
+  const int64_t after = sinew::testing::AllocationCount();
+
+  EXPECT_TRUE(ok);
+  EXPECT_EQ(after - before, 0);
+}
+
+TEST(RuntimeAllocation, NorDoesWhatIsDoneWithALatent) {
+  const world::testing::ToyWorld toy =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+  const std::string directory = JoinPath(toy.folder, "bundle");
+  ASSERT_THAT(
+      bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
+      IsOk());
+  auto policy = *Runtime::Open(directory);
+  ASSERT_THAT(policy->LoadLibrary(toy.library_folder), IsOk());
+  ASSERT_THAT(policy->Play("turn", 0, Runtime::Align::kToBody), IsOk());
+  Simulation body(*policy);
+  ASSERT_THAT(body.Start(*policy), IsOk());
+  std::vector<double> mean(6), spread(6);
+  std::vector<float> own(33);
+  const int64_t before = sinew::testing::AllocationCount();
+
+  bool ok = true;
+  for (int step = 0; step < 20; ++step) {
+    const Pose& pose = body.pose();
+    ok = ok && policy->SelfObservation(pose, absl::MakeSpan(own)).ok();
+    ok =
+        ok &&
+        policy->Encode(pose, absl::MakeSpan(mean), absl::MakeSpan(spread)).ok();
+    ok = ok && policy->Decode(pose, mean, body.target()).ok();
+    ok = ok &&
+         policy->Prior(pose, absl::MakeSpan(mean), absl::MakeSpan(spread)).ok();
+    ok = ok && policy->Sample(pose, mean, body.target()).ok();
+    ok = ok && body.Step().ok();
   }
   const int64_t after = sinew::testing::AllocationCount();
 

@@ -5,8 +5,10 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/types/span.h"
 #include "deploy/runtime/runtime.h"
 
 using sinew::runtime::PoseBuffer;
@@ -15,7 +17,9 @@ using sinew::runtime::Runtime;
 // The opaque handle.
 struct sinew_runtime {
   explicit sinew_runtime(std::unique_ptr<Runtime> opened)
-      : runtime(std::move(opened)), buffer(runtime->num_joints()) {}
+      : runtime(std::move(opened)),
+        buffer(runtime->num_joints()),
+        self_observation(runtime->self_observation_width()) {}
 
   // 0, or -1 with the error kept.
   int Result(const absl::Status& status) {
@@ -26,6 +30,7 @@ struct sinew_runtime {
 
   const std::unique_ptr<Runtime> runtime;
   PoseBuffer buffer;
+  std::vector<float> self_observation;
   std::string error;
 };
 
@@ -45,6 +50,21 @@ void Copy(const double* from, int count, double* to) {
 int Null(sinew_runtime* runtime, const char* what) {
   return runtime->Result(absl::InvalidArgumentError(
       std::string(what) + ": expected a pointer, found NULL"));
+}
+
+// Room for `size` numbers; a negative size is none, which no vector has.
+template <typename T>
+absl::Span<T> Numbers(T* numbers, int size) {
+  return {numbers, static_cast<size_t>(std::max(size, 0))};
+}
+
+absl::Span<double> Joints(const sinew_runtime* runtime, double* target) {
+  return Numbers(target, runtime->runtime->num_joints());
+}
+
+absl::Span<const sinew_pose> Frames(const sinew_runtime* runtime,
+                                    const sinew_pose* frames) {
+  return {frames, runtime->runtime->frames().size()};
 }
 
 const sinew::v1::BundleManifest& Manifest(const sinew_runtime* runtime) {
@@ -185,8 +205,8 @@ int sinew_step(sinew_runtime* runtime, const sinew_pose* state,
                double* target) {
   if (state == nullptr) return Null(runtime, "state");
   if (target == nullptr) return Null(runtime, "target");
-  const auto joints = static_cast<size_t>(runtime->runtime->num_joints());
-  return runtime->Result(runtime->runtime->Step(*state, {target, joints}));
+  return runtime->Result(
+      runtime->runtime->Step(*state, Joints(runtime, target)));
 }
 
 int sinew_step_to(sinew_runtime* runtime, const sinew_pose* state,
@@ -194,9 +214,70 @@ int sinew_step_to(sinew_runtime* runtime, const sinew_pose* state,
   if (state == nullptr) return Null(runtime, "state");
   if (frames == nullptr) return Null(runtime, "frames");
   if (target == nullptr) return Null(runtime, "target");
-  const auto joints = static_cast<size_t>(runtime->runtime->num_joints());
   return runtime->Result(runtime->runtime->StepTo(
-      *state, {frames, runtime->runtime->frames().size()}, {target, joints}));
+      *state, Frames(runtime, frames), Joints(runtime, target)));
+}
+
+int sinew_latent_width(const sinew_runtime* runtime) {
+  return runtime->runtime->latent_width();
+}
+
+int sinew_self_observation_width(const sinew_runtime* runtime) {
+  return runtime->runtime->self_observation_width();
+}
+
+int sinew_self_observation(sinew_runtime* runtime, const sinew_pose* state,
+                           double* observation, int size) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (observation == nullptr) return Null(runtime, "observation");
+  // Of another size it is refused before anything is written.
+  const absl::Span<float> room =
+      Numbers(runtime->self_observation.data(), size);
+  const absl::Status status = runtime->runtime->SelfObservation(*state, room);
+  if (status.ok()) std::copy(room.begin(), room.end(), observation);
+  return runtime->Result(status);
+}
+
+int sinew_encode(sinew_runtime* runtime, const sinew_pose* state,
+                 const sinew_pose* frames, double* mean, double* std,
+                 int size) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (mean == nullptr) return Null(runtime, "mean");
+  if (std == nullptr) return Null(runtime, "std");
+  const absl::Span<double> to_mean = Numbers(mean, size);
+  const absl::Span<double> to_std = Numbers(std, size);
+  return runtime->Result(
+      frames == nullptr
+          ? runtime->runtime->Encode(*state, to_mean, to_std)
+          : runtime->runtime->EncodeTo(*state, Frames(runtime, frames), to_mean,
+                                       to_std));
+}
+
+int sinew_prior(sinew_runtime* runtime, const sinew_pose* state, double* mean,
+                double* std, int size) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (mean == nullptr) return Null(runtime, "mean");
+  if (std == nullptr) return Null(runtime, "std");
+  return runtime->Result(
+      runtime->runtime->Prior(*state, Numbers(mean, size), Numbers(std, size)));
+}
+
+int sinew_decode(sinew_runtime* runtime, const sinew_pose* state,
+                 const double* latent, int size, double* target) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (latent == nullptr) return Null(runtime, "latent");
+  if (target == nullptr) return Null(runtime, "target");
+  return runtime->Result(runtime->runtime->Decode(*state, Numbers(latent, size),
+                                                  Joints(runtime, target)));
+}
+
+int sinew_sample(sinew_runtime* runtime, const sinew_pose* state,
+                 const double* noise, int size, double* target) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (noise == nullptr) return Null(runtime, "noise");
+  if (target == nullptr) return Null(runtime, "target");
+  return runtime->Result(runtime->runtime->Sample(*state, Numbers(noise, size),
+                                                  Joints(runtime, target)));
 }
 
 }  // extern "C"

@@ -14,6 +14,10 @@
  *   }
  *   sinew_close(policy);
  *
+ * A bundle with a latent (sinew_latent_width > 0) can also be steered without
+ * any reference, by what lies in the latent (sinew_decode) or by chance
+ * (sinew_sample).
+ *
  * Conventions: SI units, world z up, quaternions w x y z, joints in the order
  * of sinew_joint_name(). J joints, F feet.
  *
@@ -110,7 +114,7 @@ int sinew_frame_count(const sinew_runtime* runtime);
 int sinew_frame_ahead(const sinew_runtime* runtime, int index);
 
 /* Begins an episode at `state`. `reference`: the frame of now; NULL where a
- * clip plays. */
+ * clip plays or the bundle has a latent. */
 int sinew_reset(sinew_runtime* runtime, const sinew_pose* state,
                 const sinew_pose* reference);
 /* One control step: targets [J] rad from the state. The clip that plays moves
@@ -119,6 +123,34 @@ int sinew_step(sinew_runtime* runtime, const sinew_pose* state, double* target);
 /* The same with the caller's frames [sinew_frame_count()]. */
 int sinew_step_to(sinew_runtime* runtime, const sinew_pose* state,
                   const sinew_pose* frames, double* target);
+
+/* Bundles with a latent of Z numbers, of which S leading columns of the
+ * observation are the body's own state. Both are 0 for other bundles, and the
+ * functions below then fail with "this bundle has no latent". Sizes that are
+ * given must be Z (S); numbers are rounded to single precision. */
+int sinew_latent_width(const sinew_runtime* runtime);
+int sinew_self_observation_width(const sinew_runtime* runtime);
+/* What prior and decoder see of a state: the input "self_observation" of the
+ * bundle's prior.onnx, decoder.onnx and sample.onnx. */
+int sinew_self_observation(sinew_runtime* runtime, const sinew_pose* state,
+                           double* observation, int size);
+/* Mean and standard deviation of the latent, [size] each: that the reference
+ * asks for, after a sinew_reset. `frames`: as in sinew_step_to; NULL: the clip
+ * that plays, which moves on by a frame. sinew_decode of the mean then gives
+ * the target of sinew_step. */
+int sinew_encode(sinew_runtime* runtime, const sinew_pose* state,
+                 const sinew_pose* frames, double* mean, double* std, int size);
+/* The same without a reference: what this body would do next by itself. */
+int sinew_prior(sinew_runtime* runtime, const sinew_pose* state, double* mean,
+                double* std, int size);
+/* One control step: targets [J] rad of a latent [size]; of N(0, 1) noise [size]
+ * that becomes a latent around the prior's mean. They need a reset only where
+ * the policy observes the previous target before any reference; theirs counts
+ * as the previous one, as sinew_step's does. */
+int sinew_decode(sinew_runtime* runtime, const sinew_pose* state,
+                 const double* latent, int size, double* target);
+int sinew_sample(sinew_runtime* runtime, const sinew_pose* state,
+                 const double* noise, int size, double* target);
 
 #ifdef __cplusplus
 }

@@ -3,11 +3,13 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "deploy/runtime/c_program.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -18,6 +20,39 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::testing::HasSubstr;
+
+// A bundle with a latent, opened, with a state to ask about.
+struct LatentHandle {
+  LatentHandle() {
+    const world::testing::ToyWorld toy =
+        world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+    const std::string path = JoinPath(toy.folder, "bundle");
+    EXPECT_THAT(
+        bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), path),
+        IsOk());
+    policy = sinew_open(path.c_str(), nullptr, 0);
+    EXPECT_EQ(sinew_load_library(policy, toy.library_folder.c_str()), 0);
+    EXPECT_EQ(sinew_play(policy, "turn", 0, SINEW_ALIGN_NONE), 0);
+    EXPECT_EQ(
+        sinew_reference(policy, 0, position, rotation, velocity, rate, q, dq),
+        0);
+    state.joint_position = q;
+    state.joint_velocity = dq;
+    state.root_rotation = rotation;
+    state.root_angular_velocity = rate;
+    state.root_position = position;
+    state.root_linear_velocity = velocity;
+    EXPECT_EQ(sinew_reset(policy, &state, nullptr), 0);
+  }
+  ~LatentHandle() { sinew_close(policy); }
+
+  sinew_runtime* policy = nullptr;
+  double position[3], rotation[4], velocity[3], rate[3], q[4], dq[4];
+  sinew_pose state = {};
+  std::vector<double> mean = std::vector<double>(6);
+  std::vector<double> spread = std::vector<double>(6);
+  std::vector<double> target = std::vector<double>(4);
+};
 
 struct Paths {
   Paths() {
@@ -58,6 +93,95 @@ TEST(CInterface, GivesErrorsAsText) {
   EXPECT_THAT(error, HasSubstr("found \"swim\""));
   EXPECT_EQ(RunInC("/nowhere", "", "", &target, error, 9), -1);
   EXPECT_STREQ(error, "/nowhere");
+}
+
+TEST(CInterface, EncodesAndDecodesWhatItSteps) {
+  LatentHandle handle;
+  std::vector<double> stepped(4);
+  ASSERT_EQ(sinew_latent_width(handle.policy), 6);
+  ASSERT_EQ(sinew_encode(handle.policy, &handle.state, nullptr,
+                         handle.mean.data(), handle.spread.data(), 6),
+            0);
+  ASSERT_EQ(sinew_decode(handle.policy, &handle.state, handle.mean.data(), 6,
+                         handle.target.data()),
+            0);
+
+  ASSERT_EQ(sinew_seek(handle.policy, 0), 0);
+  ASSERT_EQ(sinew_step(handle.policy, &handle.state, stepped.data()), 0);
+
+  EXPECT_EQ(handle.target, stepped);
+}
+
+TEST(CInterface, SamplesWithoutNoiseByThePriorsMean) {
+  LatentHandle handle;
+  const double noise[6] = {};
+  std::vector<double> sampled(4);
+  ASSERT_EQ(sinew_prior(handle.policy, &handle.state, handle.mean.data(),
+                        handle.spread.data(), 6),
+            0);
+  ASSERT_EQ(sinew_decode(handle.policy, &handle.state, handle.mean.data(), 6,
+                         handle.target.data()),
+            0);
+
+  ASSERT_EQ(
+      sinew_sample(handle.policy, &handle.state, noise, 6, sampled.data()), 0);
+
+  EXPECT_EQ(handle.target, sampled);
+  EXPECT_GT(handle.spread[0], 0);
+}
+
+TEST(CInterface, GivesWhatPriorAndDecoderSee) {
+  LatentHandle handle;
+  ASSERT_EQ(sinew_self_observation_width(handle.policy), 33);
+  std::vector<double> own(33);
+
+  ASSERT_EQ(sinew_self_observation(handle.policy, &handle.state, own.data(),
+                                   static_cast<int>(own.size())),
+            0);
+
+  EXPECT_FLOAT_EQ(own[0], handle.position[2]);  // the root's height
+  EXPECT_EQ(sinew_self_observation(handle.policy, &handle.state, own.data(), 9),
+            -1);
+  EXPECT_THAT(sinew_error(handle.policy), HasSubstr("room for 33 numbers"));
+}
+
+TEST(CInterface, RefusesALatentOfTheWrongSize) {
+  LatentHandle handle;
+  const double* mean = handle.mean.data();
+  double* target = handle.target.data();
+
+  for (const int size : {-1, 0, 5, 7}) {
+    EXPECT_EQ(sinew_decode(handle.policy, &handle.state, mean, size, target),
+              -1);
+    EXPECT_THAT(sinew_error(handle.policy),
+                HasSubstr("latent: expected 6 numbers"));
+    EXPECT_EQ(sinew_sample(handle.policy, &handle.state, mean, size, target),
+              -1);
+    EXPECT_EQ(sinew_prior(handle.policy, &handle.state, handle.mean.data(),
+                          handle.spread.data(), size),
+              -1);
+    EXPECT_EQ(sinew_encode(handle.policy, &handle.state, nullptr,
+                           handle.mean.data(), handle.spread.data(), size),
+              -1);
+  }
+  EXPECT_EQ(sinew_decode(handle.policy, &handle.state, nullptr, 6, target), -1);
+  EXPECT_STREQ(sinew_error(handle.policy),
+               "latent: expected a pointer, found NULL");
+}
+
+TEST(CInterface, SaysThatABundleHasNoLatent) {
+  const Paths paths;
+  sinew_runtime* policy = sinew_open(paths.bundle.c_str(), nullptr, 0);
+  ASSERT_NE(policy, nullptr);
+  const sinew_pose state = {};
+  const double latent[6] = {};
+  double target[4];
+
+  EXPECT_EQ(sinew_latent_width(policy), 0);
+  EXPECT_EQ(sinew_self_observation_width(policy), 0);
+  EXPECT_EQ(sinew_decode(policy, &state, latent, 6, target), -1);
+  EXPECT_STREQ(sinew_error(policy), "this bundle has no latent");
+  sinew_close(policy);
 }
 
 TEST(CInterface, DescribesThePolicy) {

@@ -2,8 +2,6 @@
 #define SINEW_LEARNER_TRAINER_POLICY_SNAPSHOT_H_
 
 #include <cstdint>
-#include <set>
-#include <string>
 
 #include "common/policy/safetensors.h"
 #include "learner/trainer/experience.h"
@@ -12,16 +10,10 @@
 
 namespace sinew::learner {
 
-// The graphs named in `keep` with the parameters they use; others and theirs
-// are left out. Pure.
-v1::PolicyGraph SelectGraphs(const v1::PolicyGraph& graph,
-                             const std::set<std::string>& keep);
-
-// The tensors that a graph's parameters name. Pure; absent ones are left out.
-TensorMap SelectWeights(const v1::PolicyGraph& graph, const TensorMap& weights);
-
-// What actors of `version` act with: graph "policy" alone, its weights, the
-// start table; serialised and digested.
+// What actors of `version` act with: the learner's graphs but "critic", their
+// weights, the start table; serialised and digested. Actors run "policy" (and
+// "teacher", where there is one); the others are there for whoever makes a
+// bundle of the snapshot.
 PublishedSnapshot MakePolicySnapshot(int64_t version,
                                      const v1::PolicyGraph& graph,
                                      const TensorMap& weights,

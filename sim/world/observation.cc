@@ -180,6 +180,15 @@ absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
   return builder;
 }
 
+ObservationBuilder ObservationBuilder::SelfPart() const {
+  ObservationBuilder part = *this;
+  part.blocks_.erase(
+      std::find_if_not(part.blocks_.begin(), part.blocks_.end(), IsSelfBlock),
+      part.blocks_.end());
+  part.width_ = self_width_;
+  return part;
+}
+
 bool ObservationBuilder::Has(Observation::Block block) const {
   return std::find(blocks_.begin(), blocks_.end(), block) != blocks_.end();
 }

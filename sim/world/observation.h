@@ -80,6 +80,10 @@ class ObservationBuilder {
   // True if that block is part of the observation.
   bool Has(v1::Observation::Block block) const;
 
+  // The body's own blocks that it begins with alone: its first self_width()
+  // columns, bit for bit, and the same whatever the reference is.
+  ObservationBuilder SelfPart() const;
+
   // Writes [width] float32.
   void Build(const ObservationInput& input, absl::Span<float> out) const;
 

@@ -234,6 +234,30 @@ TEST(Observation, HasTwoBlocksAndOneFrameByDefault) {
   EXPECT_EQ(builder->width(), 111 + 113);
 }
 
+TEST(Observation, SelfPartIsItsFirstColumnsBitForBit) {
+  const Scene scene(2);
+  const ObservationBuilder builder = Builder(
+      {Observation::BLOCK_SELF_JOINT_SPACE, Observation::BLOCK_SELF_CONTACT,
+       Observation::BLOCK_PREVIOUS_TARGET,
+       Observation::BLOCK_REFERENCE_DIFFERENCE},
+      {1, 2});
+
+  const ObservationBuilder part = builder.SelfPart();
+
+  ASSERT_EQ(part.width(), builder.self_width());
+  EXPECT_FALSE(part.Has(Observation::BLOCK_REFERENCE_DIFFERENCE));
+  std::vector<float> own(part.width());
+  part.Build({.body = &scene.body,
+              .reference = {},
+              .reference_contact = {},
+              .previous_target = scene.target,
+              .self_contact = scene.touching},
+             absl::MakeSpan(own));
+  std::vector<float> first = scene.Observe(builder);
+  first.resize(own.size());
+  EXPECT_EQ(own, first);
+}
+
 TEST(Observation, RefusesUnknownAndRepeatedBlocksAndTheCurrentFrame) {
   const auto create = [](std::vector<int> blocks, std::vector<int> ahead) {
     Observation recipe;

@@ -78,4 +78,17 @@ absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
                     .profiles = std::move(profiles).ByClip()};
 }
 
+absl::StatusOr<EvaluationSummary> EvaluatePolicy(
+    const Subject& subject, const EvaluationOptions& options,
+    const StopToken& stop) {
+  const v1::MotionLibrary& library = subject.library().manifest();
+  SINEW_ASSIGN_OR_RETURN(
+      const std::vector<v1::EvaluationStart> starts,
+      MakeEvaluationStarts(library, options.starts, options.seconds));
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationResult> results,
+                         RunStarts(subject.assets, *subject.policy, starts,
+                                   options.threads, stop));
+  return SummariseEvaluation(results, LeftOutClips(library));
+}
+
 }  // namespace sinew::evaluation

@@ -39,6 +39,11 @@ absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
                                     const EvaluationOptions& options,
                                     const StopToken& stop);
 
+// Evaluate's `policy` alone, in half the time.
+absl::StatusOr<EvaluationSummary> EvaluatePolicy(
+    const Subject& subject, const EvaluationOptions& options,
+    const StopToken& stop);
+
 }  // namespace sinew::evaluation
 
 #endif  // SINEW_TOOLS_EVALUATION_EVALUATION_H_

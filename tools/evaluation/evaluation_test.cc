@@ -68,6 +68,23 @@ TEST(Evaluation, GivesTheSameBytesWithAnyNumberOfThreads) {
   EXPECT_EQ(one, four);
 }
 
+TEST(Evaluation, OfThePolicyAloneIsThePolicysPart) {
+  const Subject subject = RandomSubject();
+  const EvaluationOptions options = {.starts = 2, .seconds = 0.5};
+  const auto both = Evaluate(subject, options, StopToken());
+  ASSERT_THAT(both, IsOk());
+
+  const auto alone = EvaluatePolicy(subject, options, StopToken());
+
+  ASSERT_THAT(alone, IsOk());
+  EXPECT_EQ(alone->overall.frames, both->policy.overall.frames);
+  EXPECT_EQ(alone->overall.succeeded_starts,
+            both->policy.overall.succeeded_starts);
+  EXPECT_EQ(alone->overall.means.e_g_mpjpe_mm,
+            both->policy.overall.means.e_g_mpjpe_mm);
+  EXPECT_EQ(alone->clips.size(), 3u);
+}
+
 TEST(Evaluation, WritesTheDocumentedFields) {
   const Subject subject = RandomSubject();
 

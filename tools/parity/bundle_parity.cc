@@ -8,7 +8,6 @@
 
 #include "absl/strings/str_format.h"
 #include "absl/types/span.h"
-#include "common/files.h"
 #include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
 #include "common/random/philox.h"
@@ -17,8 +16,6 @@
 
 namespace sinew::tools {
 namespace {
-
-constexpr char kGraph[] = "policy";
 
 using Rows = std::map<std::string, std::vector<float>>;
 
@@ -44,7 +41,7 @@ absl::StatusOr<Rows> RunExecutor(const bundle::Bundle& bundle,
                                  int rows) {
   SINEW_ASSIGN_OR_RETURN(
       const auto pack,
-      policy::PackWeights(bundle.graph, kGraph, bundle.weights));
+      policy::PackWeights(bundle.graph, graph.name(), bundle.weights));
   SINEW_ASSIGN_OR_RETURN(const auto executor,
                          policy::Executor::Create(pack, rows));
   for (const auto& [name, values] : inputs) {
@@ -60,31 +57,33 @@ absl::StatusOr<Rows> RunExecutor(const bundle::Bundle& bundle,
   return taps;
 }
 
-absl::StatusOr<Rows> RunTorch(const bundle::Bundle& bundle, const Rows& inputs,
+absl::StatusOr<Rows> RunTorch(const bundle::Bundle& bundle,
+                              const v1::Graph& graph, const Rows& inputs,
                               int rows) {
-  SINEW_ASSIGN_OR_RETURN(
-      const auto runner,
-      learner::TorchRunner::Create(bundle.graph, kGraph, bundle.weights, {}));
+  SINEW_ASSIGN_OR_RETURN(const auto runner,
+                         learner::TorchRunner::Create(
+                             bundle.graph, graph.name(), bundle.weights, {}));
   return runner->Run(rows, inputs);
 }
 
-absl::StatusOr<Rows> RunOnnxFile(const bundle::Bundle& bundle,
-                                 const Rows& inputs,
-                                 const OnnxRuntimeOptions& onnx, int rows) {
+OnnxJob MakeJob(const bundle::Bundle& bundle, const v1::Graph& graph,
+                const Rows& inputs, int rows) {
   OnnxJob job;
-  job.model = JoinPath(bundle.directory, "policy.onnx");
+  job.model = bundle.onnx_file(graph.name());
   for (const auto& [name, values] : inputs) {
     const auto width = static_cast<int64_t>(values.size()) / rows;
     job.inputs[name] = HostTensor::Float32({rows, width}, values);
   }
-  SINEW_ASSIGN_OR_RETURN(const std::vector<TensorMap> results,
-                         RunOnnx(onnx, {job}));
-  Rows taps;
-  for (const auto& [name, tensor] : results[0]) {
+  return job;
+}
+
+Rows FromTensors(const TensorMap& tensors) {
+  Rows rows;
+  for (const auto& [name, tensor] : tensors) {
     const auto values = tensor.float32();
-    taps[name].assign(values.begin(), values.end());
+    rows[name].assign(values.begin(), values.end());
   }
-  return taps;
+  return rows;
 }
 
 // Infinite where the other back end lacks the tap or gives another width.
@@ -105,27 +104,48 @@ double Difference(const std::vector<float>& expected, const Rows& other,
   return scale > 0 ? largest / scale : largest;
 }
 
+// The rows of a graph, without onnxruntime; `own`: what the executor gave.
+absl::StatusOr<std::vector<ParityRow>> CompareTorch(
+    const bundle::Bundle& bundle, const v1::Graph& graph, const Rows& inputs,
+    int batch, Rows* own) {
+  SINEW_ASSIGN_OR_RETURN(*own, RunExecutor(bundle, graph, inputs, batch));
+  SINEW_ASSIGN_OR_RETURN(const Rows torch,
+                         RunTorch(bundle, graph, inputs, batch));
+  std::vector<ParityRow> rows;
+  for (const auto& [tap, values] : *own) {
+    rows.push_back({.graph = graph.name(),
+                    .tap = tap,
+                    .torch = Difference(values, torch, tap)});
+  }
+  return rows;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
     const bundle::Bundle& bundle, const ParityOptions& options) {
-  SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph,
-                         policy::FindGraph(bundle.graph, kGraph));
-  const Rows inputs = RandomInputs(*graph, options);
-  SINEW_ASSIGN_OR_RETURN(const Rows own,
-                         RunExecutor(bundle, *graph, inputs, options.rows));
-  SINEW_ASSIGN_OR_RETURN(const Rows torch,
-                         RunTorch(bundle, inputs, options.rows));
-  std::optional<Rows> onnx;
-  if (options.onnx) {
-    SINEW_ASSIGN_OR_RETURN(
-        onnx, RunOnnxFile(bundle, inputs, *options.onnx, options.rows));
-  }
   std::vector<ParityRow> rows;
-  for (const auto& [tap, values] : own) {
-    ParityRow row = {.tap = tap, .torch = Difference(values, torch, tap)};
-    if (onnx) row.onnx = Difference(values, *onnx, tap);
-    rows.push_back(std::move(row));
+  std::map<std::string, Rows> own;  // by graph
+  std::vector<OnnxJob> jobs;
+  for (const v1::Graph& graph : bundle.graph.graphs()) {
+    const Rows inputs = RandomInputs(graph, options);
+    SINEW_ASSIGN_OR_RETURN(
+        const std::vector<ParityRow> more,
+        CompareTorch(bundle, graph, inputs, options.rows, &own[graph.name()]));
+    rows.insert(rows.end(), more.begin(), more.end());
+    jobs.push_back(MakeJob(bundle, graph, inputs, options.rows));
+  }
+  if (!options.onnx) return rows;
+  // One process for all models: it takes seconds to start.
+  SINEW_ASSIGN_OR_RETURN(const std::vector<TensorMap> results,
+                         RunOnnx(*options.onnx, jobs));
+  std::map<std::string, Rows> onnx;
+  for (int i = 0; i < bundle.graph.graphs_size(); ++i) {
+    onnx[bundle.graph.graphs(i).name()] = FromTensors(results[i]);
+  }
+  for (ParityRow& row : rows) {
+    row.onnx =
+        Difference(own.at(row.graph).at(row.tap), onnx.at(row.graph), row.tap);
   }
   return rows;
 }
@@ -137,8 +157,9 @@ absl::Status CheckParity(const std::vector<ParityRow>& rows) {
           std::pair("onnxruntime", row.onnx.value_or(0))}) {
       if (difference <= kParityTolerance) continue;
       return absl::InternalError(absl::StrFormat(
-          "tap \"%s\": expected %s within %.0e of the executor, found %.2e",
-          row.tap, name, kParityTolerance, difference));
+          "graph \"%s\": tap \"%s\": expected %s within %.0e of the executor, "
+          "found %.2e",
+          row.graph, row.tap, name, kParityTolerance, difference));
     }
   }
   return absl::OkStatus();

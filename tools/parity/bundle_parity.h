@@ -23,25 +23,28 @@ struct ParityOptions {
   std::optional<OnnxRuntimeOptions> onnx = std::nullopt;
 };
 
-// One tap of the graph "policy": largest difference of a back end from the
-// executor, over the largest absolute value of the executor.
+// One tap of a graph: largest difference of a back end from the executor, over
+// the largest absolute value of the executor.
 struct ParityRow {
+  std::string graph;
   std::string tap;
   double torch = 0;
   std::optional<double> onnx = std::nullopt;
 };
 
-// Runs a bundle's policy on the same random inputs by the executor, by libtorch
-// and by onnxruntime (the file policy.onnx). Observations are normal with
-// standard deviations of 0.1, 1 and 10 in turn, noise is N(0, 1); a function of
-// bundle and seed.
+// Runs every graph of a bundle on the same random inputs by the executor, by
+// libtorch and by onnxruntime (the graph's file NAME.onnx). Data (observations,
+// latents) are normal with standard deviations of 0.1, 1 and 10 in turn, noise
+// is N(0, 1); a function of bundle and seed. Rows by graph, then by name of the
+// tap.
 //
 // Thread-safety: one caller per scratch folder. Blocking: computes; about two
-// seconds for onnxruntime. Errors: those of the back ends, named.
+// seconds for onnxruntime, however many graphs. Errors: those of the back ends,
+// named.
 absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
     const bundle::Bundle& bundle, const ParityOptions& options);
 
-// INTERNAL naming the first tap and back end beyond the tolerance.
+// INTERNAL naming the first graph, tap and back end beyond the tolerance.
 absl::Status CheckParity(const std::vector<ParityRow>& rows);
 
 }  // namespace sinew::tools

@@ -18,6 +18,7 @@
 #include "tools/sinew/export_command.h"
 #include "tools/sinew/learner_command.h"
 #include "tools/sinew/motion_command.h"
+#include "tools/sinew/promote_command.h"
 #include "tools/sinew/quickstart_command.h"
 #include "tools/sinew/render_command.h"
 #include "tools/sinew/replay_command.h"
@@ -52,6 +53,7 @@ int main(int argc, char** argv) {
   AddExportCommand(app, action);
   AddLearnerCommand(app, action);
   AddMotionCommand(app, action);
+  AddPromoteCommand(app, action);
   AddQuickstartCommand(app, action);
   AddRenderCommand(app, action);
   AddReplayCommand(app, action);

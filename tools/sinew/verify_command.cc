@@ -64,10 +64,10 @@ void PrintBundle(const bundle::Bundle& bundle) {
 }
 
 void PrintParity(const std::vector<ParityRow>& rows) {
-  absl::PrintF("%-16s %14s %14s   (largest difference, at most %.0e)\n", "tap",
-               "libtorch", "onnxruntime", kParityTolerance);
+  absl::PrintF("%-10s %-16s %14s %14s   (largest difference, at most %.0e)\n",
+               "graph", "tap", "libtorch", "onnxruntime", kParityTolerance);
   for (const ParityRow& row : rows) {
-    absl::PrintF("%-16s %14.2e %14s\n", row.tap, row.torch,
+    absl::PrintF("%-10s %-16s %14.2e %14s\n", row.graph, row.tap, row.torch,
                  row.onnx ? absl::StrFormat("%.2e", *row.onnx) : "skipped");
   }
 }

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
@@ -52,6 +54,27 @@ TEST(Verify, FindsThatAllBackEndsAgree) {
                             ContainsRegex("mean +[0-9.e-]+ +[0-9.e-]+\n")));
 }
 
+TEST(Verify, ComparesEveryGraphOfALatentBundle) {
+  const world::testing::ToyWorld toy =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+  const std::string directory = JoinPath(toy.folder, "bundle");
+  ASSERT_THAT(
+      bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
+      IsOk());
+  std::string output;
+
+  EXPECT_THAT(Verify(directory, &output), IsOk()) << output;
+
+  // Numbers of both back ends stand beside each.
+  for (const char* row :
+       {"policy +action", "policy +latent", "policy +mean", "encoder +mean",
+        "encoder +std", "encoder +log_variance", "prior +mean", "prior +std",
+        "decoder +action", "sample +action", "sample +latent"}) {
+    EXPECT_THAT(output,
+                ContainsRegex(absl::StrCat(row, " +[0-9.e-]+ +[0-9.e-]+\n")));
+  }
+}
+
 TEST(Verify, LeavesOnnxOutIfToldTo) {
   std::string output;
 
@@ -80,13 +103,17 @@ TEST(Verify, NamesWhatIsNoBundle) {
 }
 
 TEST(CheckParity, NamesTapAndBackEndBeyondTheTolerance) {
-  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = 9e-6, .onnx = 9e-6}}),
-              IsOk());
-  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = 2e-7, .onnx = 2e-5}}),
+  const auto row = [](double torch, double onnx) {
+    return ParityRow{
+        .graph = "prior", .tap = "mean", .torch = torch, .onnx = onnx};
+  };
+  EXPECT_THAT(CheckParity({row(9e-6, 9e-6)}), IsOk());
+  EXPECT_THAT(CheckParity({row(9e-6, 9e-6), row(2e-7, 2e-5)}),
               StatusIs(absl::StatusCode::kInternal,
-                       HasSubstr("tap \"mean\": expected onnxruntime within "
-                                 "1e-05 of the executor, found 2.00e-05")));
-  EXPECT_THAT(CheckParity({{.tap = "mean", .torch = NAN}}),
+                       HasSubstr("graph \"prior\": tap \"mean\": expected "
+                                 "onnxruntime within 1e-05 of the executor, "
+                                 "found 2.00e-05")));
+  EXPECT_THAT(CheckParity({row(NAN, 0)}),
               StatusIs(absl::StatusCode::kInternal, HasSubstr("libtorch")));
 }
 

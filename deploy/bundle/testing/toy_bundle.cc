@@ -63,7 +63,7 @@ v1::Snapshot RandomSnapshot(const v1::Recipe& recipe, int64_t observation_width,
   return snapshot;
 }
 
-BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
+ContentInputs ToyInputs(const world::testing::ToyWorld& toy) {
   ContentInputs inputs;
   inputs.recipe = toy.recipe;
   inputs.character = toy.character.get();
@@ -72,7 +72,11 @@ BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
           .value();
   inputs.library = toy.library->manifest();
   inputs.library_sha256 = toy.library->digest();
-  return Content(std::move(inputs), gain);
+  return inputs;
+}
+
+BundleContent ToyContent(const world::testing::ToyWorld& toy, double gain) {
+  return Content(ToyInputs(toy), gain);
 }
 
 BundleContent CharacterContent(const std::string& name,

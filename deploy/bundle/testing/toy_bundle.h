@@ -21,6 +21,9 @@ namespace sinew::bundle::testing {
 v1::Snapshot RandomSnapshot(const v1::Recipe& recipe, int64_t observation_width,
                             int64_t action_width, double gain = 0.3);
 
+// What MakeContent needs of the toy world; the snapshot is the caller's.
+ContentInputs ToyInputs(const world::testing::ToyWorld& toy);
+
 // The content of a bundle for the toy world with such a snapshot.
 BundleContent ToyContent(const world::testing::ToyWorld& toy,
                          double gain = 0.3);

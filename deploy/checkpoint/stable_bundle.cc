@@ -1,0 +1,56 @@
+#include "deploy/checkpoint/stable_bundle.h"
+
+#include "absl/strings/str_cat.h"
+#include "common/status_macros.h"
+
+namespace sinew::checkpoint {
+namespace {
+
+// Id of the bundle that an alias names; empty if it names nothing.
+absl::StatusOr<std::string> BundleOf(ArtifactStore& store, const char* alias) {
+  const absl::StatusOr<v1::Artifact> artifact = store.GetArtifact(alias);
+  if (absl::IsNotFound(artifact.status())) return std::string();
+  SINEW_RETURN_IF_ERROR(artifact.status());
+  if (artifact->kind() == kBundleKind) return artifact->id();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "alias \"", alias, "\": expected an artifact of kind \"", kBundleKind,
+      "\", found ", artifact->id(), " of kind \"", artifact->kind(), "\""));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> StableBundle(ArtifactStore& store) {
+  return BundleOf(store, kStable);
+}
+
+absl::Status MoveStable(ArtifactStore& store, const std::string& id,
+                        const std::string& incumbent) {
+  if (id == incumbent) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::string stable, StableBundle(store));
+  if (stable != incumbent) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("alias \"", kStable, "\": expected ",
+                     incumbent.empty() ? "none" : incumbent, ", found ",
+                     stable.empty() ? "none" : stable, ": it has moved"));
+  }
+  if (!incumbent.empty()) {
+    SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent));
+  }
+  return store.SetAlias(kStable, id, incumbent);
+}
+
+absl::StatusOr<std::string> RollBackStable(ArtifactStore& store) {
+  SINEW_ASSIGN_OR_RETURN(const std::string stable, StableBundle(store));
+  SINEW_ASSIGN_OR_RETURN(const std::string previous,
+                         BundleOf(store, kStablePrevious));
+  if (previous.empty() || previous == stable) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "alias \"", kStablePrevious,
+        "\": expected another bundle than the stable one to go back to, found ",
+        previous.empty() ? "none" : previous));
+  }
+  SINEW_RETURN_IF_ERROR(store.SetAlias(kStable, previous, stable));
+  return previous;
+}
+
+}  // namespace sinew::checkpoint

@@ -1,0 +1,135 @@
+#include "deploy/checkpoint/stable_bundle.h"
+
+#include <memory>
+#include <string>
+
+#include "common/clock.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/local_store.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace sinew::checkpoint {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// A store with bundles "a", "b", "c" and a state "s".
+class StableBundleTest : public ::testing::Test {
+ protected:
+  StableBundleTest() {
+    const std::string folder = JoinPath(
+        ::testing::TempDir(),
+        ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    store_ = *LocalStore::Open(folder, clock_);
+    for (const char* id : {"a", "b", "c"}) Put(id, kBundleKind);
+    Put("s", "state");
+  }
+
+  void Put(const std::string& id, const std::string& kind) {
+    v1::Artifact record;
+    record.set_id(id);
+    record.set_kind(kind);
+    EXPECT_THAT(
+        PutFiles(*store_, record,
+                 {{"manifest.json", std::make_shared<const std::string>(id)}}),
+        IsOk());
+  }
+
+  std::string Previous() {
+    const auto artifact = store_->GetArtifact(kStablePrevious);
+    return artifact.ok() ? artifact->id() : "";
+  }
+
+  const SystemClock clock_;
+  std::unique_ptr<ArtifactStore> store_;
+};
+
+TEST_F(StableBundleTest, IsNoneAtFirst) {
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds(""));
+}
+
+TEST_F(StableBundleTest, MovesAndRemembersWhatItWas) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  EXPECT_EQ(Previous(), "");
+
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("b"));
+  EXPECT_EQ(Previous(), "a");
+}
+
+TEST_F(StableBundleTest, StaysWhereSomebodyElseMovedIt) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+
+  EXPECT_THAT(MoveStable(*store_, "c", "a"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("alias \"stable\": expected a, found b"),
+                             HasSubstr("it has moved"))));
+  EXPECT_THAT(MoveStable(*store_, "c", ""),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected none, found b")));
+
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("b"));
+  EXPECT_EQ(Previous(), "a");
+}
+
+TEST_F(StableBundleTest, ForgetsNothingWhenItMovesToWhereItIs) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+
+  EXPECT_THAT(MoveStable(*store_, "b", "b"), IsOk());
+
+  EXPECT_EQ(Previous(), "a");
+}
+
+TEST_F(StableBundleTest, RollsBackOnceAndNoFurther) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+
+  EXPECT_THAT(RollBackStable(*store_), IsOkAndHolds("a"));
+
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("a"));
+  EXPECT_THAT(RollBackStable(*store_),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("to go back to, found a")));
+}
+
+TEST_F(StableBundleTest, HasNothingToGoBackToAtFirst) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+
+  EXPECT_THAT(RollBackStable(*store_),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("alias \"stable-previous\": expected another "
+                                 "bundle than the stable one")));
+}
+
+TEST_F(StableBundleTest, RefusesAnAliasOfSomethingElse) {
+  ASSERT_THAT(store_->SetAlias(kStable, "s"), IsOk());
+
+  EXPECT_THAT(
+      StableBundle(*store_),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               HasSubstr("expected an artifact of kind \"bundle\", found s of "
+                         "kind \"state\"")));
+}
+
+TEST_F(StableBundleTest, KeepsBothBundlesFromBeingCollected) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+
+  ASSERT_THAT(store_->Retain(kBundleKind, 1), IsOk());
+
+  EXPECT_THAT(store_->GetArtifact("a"), IsOk());
+  EXPECT_THAT(store_->GetArtifact("b"), IsOk());
+}
+
+}  // namespace
+}  // namespace sinew::checkpoint

@@ -1,0 +1,199 @@
+#include "tools/sinew/promote_command.h"
+
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "common/clock.h"
+#include "common/files.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/local_store.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// Two bundles of the toy: "good" all but follows the reference, "bad" pulls all
+// legs up by 8 units, so that the trunk falls.
+class PromoteCommand : public ::testing::Test {
+ protected:
+  PromoteCommand() : toy_(world::testing::MakeToyWorld()) {
+    Write("good", 0);
+    Write("bad", 8);
+  }
+
+  void Write(const std::string& name, float action) {
+    bundle::BundleContent content =
+        bundle::testing::ToyContent(toy_, /*gain=*/0.01);
+    for (float& bias :
+         content.weights.at("policy/mean/bias").mutable_float32()) {
+      bias += action;
+    }
+    EXPECT_THAT(bundle::WriteBundle(content, Path(name)), IsOk());
+  }
+
+  std::string Path(const std::string& name) const {
+    return JoinPath(toy_.folder, name);
+  }
+
+  absl::Status Run(const std::string& arguments) {
+    CLI::App app;
+    app.require_subcommand(1);
+    Action action;
+    AddPromoteCommand(app, action);
+    app.parse(absl::StrCat("promote --store ", Path("store"), " ", arguments));
+    ::testing::internal::CaptureStdout();
+    const absl::Status status = action(StopToken());
+    output_ = ::testing::internal::GetCapturedStdout();
+    return status;
+  }
+
+  absl::Status Promote(const std::string& name, const std::string& more = "") {
+    return Run(absl::StrCat("--bundle ", Path(name), " --id ", name,
+                            " --motions ", toy_.library_folder,
+                            " --starts 1 --seconds 0.3 --threads 2 ", more));
+  }
+
+  // What an alias names; "none".
+  std::string Alias(const std::string& alias) {
+    const auto store =
+        checkpoint::LocalStore::OpenReadOnly(Path("store"), clock_);
+    if (!store.ok()) return "none";
+    const auto artifact = (*store)->GetArtifact(alias);
+    return artifact.ok() ? artifact->id() : "none";
+  }
+
+  const world::testing::ToyWorld toy_;
+  const SystemClock clock_ = {};
+  std::string output_;
+};
+
+TEST_F(PromoteCommand, MakesTheFirstBundleTheStableOne) {
+  EXPECT_THAT(Promote("good"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "good");
+  EXPECT_EQ(Alias("stable-previous"), "none");
+  EXPECT_THAT(output_, AllOf(HasSubstr("E_g-mpjpe"), HasSubstr(" mm\n"),
+                             HasSubstr("stable -> good (was none)")));
+}
+
+TEST_F(PromoteCommand, ReplacesAWorseOneAndCanGoBack) {
+  ASSERT_THAT(Promote("bad"), IsOk());
+
+  EXPECT_THAT(Promote("good"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "good");
+  EXPECT_EQ(Alias("stable-previous"), "bad");
+  EXPECT_THAT(output_, HasSubstr("stable -> good (was bad)"));
+
+  EXPECT_THAT(Run("--rollback"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "bad");
+  EXPECT_THAT(output_, HasSubstr("stable -> bad (was good)"));
+  EXPECT_THAT(Run("--rollback"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("to go back to, found bad")));
+}
+
+TEST_F(PromoteCommand, RefusesAWorseOneAndLeavesTheStoreAsItIs) {
+  ASSERT_THAT(Promote("good"), IsOk());
+
+  EXPECT_THAT(Promote("bad"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr(Path("bad") + ": not promoted: "),
+                             HasSubstr("expected at"))));
+
+  EXPECT_EQ(Alias("stable"), "good");
+  EXPECT_EQ(Alias("stable-previous"), "none");
+  EXPECT_EQ(Alias("bad"), "none");
+  // Both are in the table.
+  EXPECT_THAT(output_, AllOf(HasSubstr("\ngood "), HasSubstr("\nbad ")));
+}
+
+TEST_F(PromoteCommand, ToleratesWhatItIsTold) {
+  ASSERT_THAT(Promote("good"), IsOk());
+
+  EXPECT_THAT(Promote("bad", "--success-tolerance 1 --error-tolerance 1000"),
+              IsOk());
+
+  EXPECT_EQ(Alias("stable"), "bad");
+}
+
+TEST_F(PromoteCommand, KeepsWhatIsStableAlready) {
+  ASSERT_THAT(Promote("good"), IsOk());
+
+  EXPECT_THAT(Promote("good"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "good");
+  EXPECT_EQ(Alias("stable-previous"), "none");
+}
+
+TEST_F(PromoteCommand, NamesABundleByItsDigestUnlessItIsTold) {
+  ASSERT_THAT(
+      Run(absl::StrCat("--bundle ", Path("good"), " --motions ",
+                       toy_.library_folder, " --starts 1 --seconds 0.5")),
+      IsOk());
+
+  const auto good = bundle::ReadBundle(Path("good"));
+  ASSERT_THAT(good, IsOk());
+  EXPECT_EQ(Alias("stable"),
+            "bundle-" + good->manifest.manifest_sha256().substr(0, 16));
+}
+
+TEST_F(PromoteCommand, TakesBundlesWithALatent) {
+  const world::testing::ToyWorld toy =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyLatentContent(toy),
+                                  Path("latent")),
+              IsOk());
+
+  EXPECT_THAT(Promote("latent"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "latent");
+}
+
+TEST_F(PromoteCommand, NamesTheCandidateThatIsAltered) {
+  ASSERT_THAT(WriteFileAtomically(Path("good/policy.onnx"), "edited"), IsOk());
+
+  EXPECT_THAT(Promote("good"),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       AllOf(HasSubstr(Path("good")),
+                             HasSubstr("policy.onnx: expected SHA-256"))));
+  EXPECT_EQ(Alias("stable"), "none");
+}
+
+TEST_F(PromoteCommand, SaysWhichFlagsItNeeds) {
+  EXPECT_THAT(Run("--motions x"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("--bundle: expected it without --rollback")));
+  EXPECT_THAT(Run("--bundle x"), StatusIs(absl::StatusCode::kInvalidArgument,
+                                          HasSubstr("--motions: expected it")));
+  EXPECT_THAT(Run("--rollback --bundle x"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("--bundle: expected none with --rollback, "
+                                 "found x")));
+  EXPECT_THAT(Promote("good", "--success-tolerance 2"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("success-tolerance: expected 0 to 1")));
+}
+
+TEST_F(PromoteCommand, HasNothingToGoBackToInANewStore) {
+  EXPECT_THAT(Run("--rollback"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("alias \"stable-previous\": expected")));
+}
+
+}  // namespace
+}  // namespace sinew::tools
