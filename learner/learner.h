@@ -62,13 +62,21 @@ struct StateChunk {
 // whatever the number of threads.
 //
 // Thread-safety: one caller. Ownership: owns its networks and threads.
-// Blocking: Update computes for up to seconds, and waits for what it needs
-// (labels) with a deadline. Errors: INVALID_ARGUMENT for segments or weights
-// that do not fit; what labelling failed with; nothing has changed then.
+// Blocking: Update computes for up to seconds; Prepare (or Update) waits for
+// what it needs (labels) with a deadline. Errors: INVALID_ARGUMENT for segments
+// or weights that do not fit; what labelling failed with; nothing has changed
+// then.
 class Learner {
  public:
   virtual ~Learner() = default;
 
+  // Asks others for what Update of these segments will need (labels); Update
+  // does it by itself where nobody has. The state does not change, whether it
+  // fails or not, so that a caller may save it then.
+  virtual absl::Status Prepare(
+      absl::Span<const v1::Segment* const> /*segments*/) {
+    return absl::OkStatus();
+  }
   // One iteration over the segments of all orders, sorted by order_id.
   virtual absl::StatusOr<UpdateStatistics> Update(
       absl::Span<const v1::Segment* const> segments, int64_t iteration) = 0;

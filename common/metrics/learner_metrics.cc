@@ -21,8 +21,8 @@ Gauge& GradientNorm(Registry& registry, const std::string& network) {
 }  // namespace
 
 LearnerMetrics::LearnerMetrics(Registry& registry)
-    : stage_seconds(registry,
-                    {"learn", "publish", "evaluate", "wait", "checkpoint"}),
+    : stage_seconds(registry, {"label", "learn", "publish", "evaluate", "wait",
+                               "checkpoint"}),
       iterations(
           registry.AddCounter("sinew_iterations_total", "Iterations learned.")),
       samples(registry.AddCounter("sinew_samples_total",
@@ -77,6 +77,20 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
           "Minibatches skipped because their loss was not finite.")),
       mean_reward(registry.AddGauge("sinew_mean_reward",
                                     "Mean reward of the latest iteration.")),
+      distillation_action_error_radians(registry.AddGauge(
+          "sinew_distillation_action_error_radians",
+          "Root mean square of target errors in the latest update.")),
+      distillation_latent_kl_nats(registry.AddGauge(
+          "sinew_distillation_latent_kl_nats",
+          "Mean KL of posterior and prior in the latest update.")),
+      distillation_continuity_loss(registry.AddGauge(
+          "sinew_distillation_continuity_loss",
+          "Mean distance of consecutive posterior means, as the loss has it, "
+          "in the latest update.")),
+      memory_rows(registry.AddGauge("sinew_memory_rows",
+                                    "Labelled rows kept to learn from.")),
+      labelled_rows(registry.AddCounter("sinew_labelled_rows_total",
+                                        "Rows that a teacher labelled.")),
       evaluation_success_ratio(
           registry.AddGauge("sinew_evaluation_success_ratio",
                             "Share of evaluation starts that survived.")) {}

@@ -11,7 +11,8 @@ namespace sinew::metrics {
 struct LearnerMetrics {
   explicit LearnerMetrics(Registry& registry);
 
-  // "learn", "publish", "evaluate", "wait" (for segments), "checkpoint".
+  // "label" (waiting for a teacher), "learn", "publish", "evaluate", "wait"
+  // (for segments), "checkpoint".
   StageSeconds stage_seconds;
   Counter& iterations;
   Counter& samples;
@@ -40,6 +41,12 @@ struct LearnerMetrics {
   Gauge& value_gradient_norm;
   Counter& non_finite_minibatches;
   Gauge& mean_reward;
+  // Of distillations; 0 in others.
+  Gauge& distillation_action_error_radians;
+  Gauge& distillation_latent_kl_nats;
+  Gauge& distillation_continuity_loss;
+  Gauge& memory_rows;
+  Counter& labelled_rows;
   // Share of evaluation starts that survived, latest evaluation.
   Gauge& evaluation_success_ratio;
 };

@@ -20,6 +20,8 @@ enum class RandomPurpose : uint32_t {
   kPush = 21,           // forces on the body
   kFallenState = 22,    // how a body is dropped
   kTeacher = 30,        // whether the teacher acts in an episode
+  kSelection = 31,      // sequences of a minibatch (learner/memory)
+  kLatentNoise = 32,    // latents of a minibatch (learner/distillation)
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

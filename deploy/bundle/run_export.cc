@@ -41,19 +41,6 @@ absl::StatusOr<v1::Recipe> ReadRecipe(const std::string& run) {
   return recipe;
 }
 
-absl::StatusOr<v1::RunInputs> ReadInputs(const std::string& run) {
-  const std::string path = InputsFile(run);
-  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  v1::RunInputs inputs;
-  SINEW_RETURN_IF_ERROR(ParseTextProto(text, path, inputs));
-  if (inputs.format_version() != kInputsVersion) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": format_version: expected ", kInputsVersion,
-                     ", found ", inputs.format_version()));
-  }
-  return inputs;
-}
-
 absl::StatusOr<std::unique_ptr<character::Character>> LoadCharacter(
     const std::string& run, const v1::Physics& physics,
     const v1::RunInputs& inputs) {
@@ -103,6 +90,19 @@ absl::Status SaveRunInputs(const std::string& run, const std::string& character,
   return WriteFileAtomically(InputsFile(run), text);
 }
 
+absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run) {
+  const std::string path = InputsFile(run);
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  v1::RunInputs inputs;
+  SINEW_RETURN_IF_ERROR(ParseTextProto(text, path, inputs));
+  if (inputs.format_version() != kInputsVersion) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": format_version: expected ", kInputsVersion,
+                     ", found ", inputs.format_version()));
+  }
+  return inputs;
+}
+
 v1::RunInputs::Source MakeSource(absl::string_view role,
                                  const v1::BundleManifest& manifest) {
   v1::RunInputs::Source source;
@@ -117,7 +117,7 @@ v1::RunInputs::Source MakeSource(absl::string_view role,
 absl::Status ExportRun(const std::string& run, const RunResult& result,
                        const std::string& directory) {
   SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe, ReadRecipe(run));
-  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs, ReadInputs(run));
+  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs, ReadRunInputs(run));
   SINEW_ASSIGN_OR_RETURN(const auto character,
                          LoadCharacter(run, recipe.physics(), inputs));
   ContentInputs content;

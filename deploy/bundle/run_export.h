@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "proto/sinew/v1/bundle.pb.h"
@@ -33,6 +34,9 @@ absl::Status SaveRunInputs(
     const std::string& run, const std::string& character,
     const motion::Library& library,
     absl::Span<const v1::RunInputs::Source> sources = {});
+
+// What SaveRunInputs has written. NOT_FOUND, INVALID_ARGUMENT.
+absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run);
 
 // A bundle as a source: "primitive", "teacher" or "init", with the clips and
 // licences of its own provenance. Pure.

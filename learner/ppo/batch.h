@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
-#include "learner/ppo/segment_view.h"
+#include "learner/update/segment_view.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew::learner {

@@ -17,12 +17,12 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "learner/ppo/batch.h"
-#include "learner/ppo/initial_weights.h"
 #include "learner/ppo/ppo_learner.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/synthetic_segments.h"
 #include "learner/ppo/testing/ppo_rig.h"
 #include "learner/torch/graph_module.h"
+#include "learner/update/initial_weights.h"
 
 namespace sinew::learner {
 namespace {
@@ -151,7 +151,7 @@ TEST(Composer, ResumesWithoutItsPrimitivesBundles) {
   for (int64_t i = 3; i < 5; ++i) UpdateOnce(*learner, i);
 
   const auto resumed = MakeLearner(ComposerRecipe(), /*ranks=*/1);
-  ASSERT_THAT(resumed->Load(tensors, state), IsOk());
+  ASSERT_THAT(resumed->Load(tensors, state, /*chunks=*/{}), IsOk());
   EXPECT_EQ(SerializeSafetensors(resumed->SaveTensors()),
             SerializeSafetensors(tensors));
   for (int64_t i = 3; i < 5; ++i) UpdateOnce(*resumed, i);

@@ -5,18 +5,18 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/policy/builder.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "learner/ppo/batch.h"
-#include "learner/ppo/normaliser.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/ppo_update.h"
-#include "learner/ppo/rank_pool.h"
 #include "learner/torch/runtime.h"
+#include "learner/update/normaliser.h"
+#include "learner/update/rank_pool.h"
+#include "learner/update/saved_tensors.h"
 
 namespace sinew::learner {
 namespace {
@@ -40,28 +40,10 @@ constexpr double kRateStep = 1.5;
 constexpr double kLeastRate = 0.1;
 constexpr double kLargestRate = 4.0;
 
-// A saved float64 tensor of that shape.
-absl::StatusOr<absl::Span<const double>> Doubles(
-    const TensorMap& tensors, const std::string& name,
-    const std::vector<int64_t>& shape) {
-  const auto found = tensors.find(name);
-  if (found == tensors.end() || found->second.dtype != v1::DATA_TYPE_FLOAT64 ||
-      found->second.shape != shape) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "training state: tensor ", name, ": expected float64 [",
-        absl::StrJoin(shape, ", "), "], found ",
-        found == tensors.end()
-            ? "none"
-            : absl::StrCat(v1::DataType_Name(found->second.dtype), " [",
-                           absl::StrJoin(found->second.shape, ", "), "]")));
-  }
-  return found->second.float64();
-}
-
-class Learner final : public PpoLearner {
+class Ppo final : public PpoLearner {
  public:
-  Learner(const v1::Recipe& recipe, const Options& options,
-          v1::PolicyGraph graph, std::unique_ptr<PpoNetworks> networks)
+  Ppo(const v1::Recipe& recipe, const Options& options, v1::PolicyGraph graph,
+      std::unique_ptr<PpoNetworks> networks)
       : recipe_(recipe),
         graph_(std::move(graph)),
         networks_(std::move(networks)),
@@ -126,8 +108,8 @@ class Learner final : public PpoLearner {
     state.set_normaliser_count(moments_.count);
   }
 
-  absl::Status Load(const TensorMap& tensors,
-                    const v1::TrainingState& state) override;
+  absl::Status Load(const TensorMap& tensors, const v1::TrainingState& state,
+                    absl::Span<const StateChunk> chunks) override;
   absl::Status InitFrom(const TensorMap& weights) override;
   absl::Status InitFromPrimitives(
       absl::Span<const Primitive> primitives) override;
@@ -294,16 +276,23 @@ class Learner final : public PpoLearner {
   double learning_rate_factor_ = 1;
 };
 
-absl::Status Learner::Load(const TensorMap& tensors,
-                           const v1::TrainingState& state) {
+absl::Status Ppo::Load(const TensorMap& tensors, const v1::TrainingState& state,
+                       absl::Span<const StateChunk> chunks) {
   constexpr char kSource[] = "training state";
   SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
+  if (!chunks.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(kSource, ": expected no memory with PPO, found ",
+                     chunks.size(), " chunks"));
+  }
   const std::vector<int64_t> width = {
       static_cast<int64_t>(moments_.mean.size())};
-  SINEW_ASSIGN_OR_RETURN(const auto mean, Doubles(tensors, kSumsMean, width));
+  SINEW_ASSIGN_OR_RETURN(const auto mean,
+                         SavedDoubles(tensors, kSumsMean, width));
   SINEW_ASSIGN_OR_RETURN(const auto squares,
-                         Doubles(tensors, kSumsSquares, width));
-  SINEW_ASSIGN_OR_RETURN(const auto factors, Doubles(tensors, kFactors, {2}));
+                         SavedDoubles(tensors, kSumsSquares, width));
+  SINEW_ASSIGN_OR_RETURN(const auto factors,
+                         SavedDoubles(tensors, kFactors, {2}));
   if (state.policy_optimiser_step() < 0 || state.value_optimiser_step() < 0 ||
       !(state.normaliser_count() >= 0) || !(state.learning_rate_factor() > 0)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -328,14 +317,13 @@ absl::Status Learner::Load(const TensorMap& tensors,
   return absl::OkStatus();
 }
 
-absl::Status Learner::InitFrom(const TensorMap& weights) {
+absl::Status Ppo::InitFrom(const TensorMap& weights) {
   TensorMap own = networks_->SaveWeights();
   SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
   return BeginWith(own);
 }
 
-absl::Status Learner::InitFromPrimitives(
-    absl::Span<const Primitive> primitives) {
+absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
   if (!recipe_.network().has_composer()) {
     return absl::InvalidArgumentError(
         "recipe field network.composer: expected a composer over the "
@@ -347,7 +335,7 @@ absl::Status Learner::InitFromPrimitives(
 }
 
 // With the normaliser's statistics as if from kInheritedRows rows.
-absl::Status Learner::BeginWith(const TensorMap& weights) {
+absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
   InheritMoments(weights.at(kMean).float32(), weights.at(kInverseStd).float32(),
                  kInheritedRows, moments_);
@@ -385,8 +373,8 @@ absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
                            .shards = full.ppo().shards(),
                            .ratio_clip = full.ppo().ratio_clip(),
                            .entropy_weight = full.ppo().entropy_weight()}));
-  return std::make_unique<Learner>(full, options, std::move(graph),
-                                   std::move(networks));
+  return std::make_unique<Ppo>(full, options, std::move(graph),
+                               std::move(networks));
 }
 
 }  // namespace sinew::learner

@@ -34,7 +34,7 @@ TEST(PpoLearner, SavedLoadedAndUpdatedGivesTheSameBits) {
   for (int64_t i = 4; i < 6; ++i) UpdateOnce(*learner, i);
 
   const auto resumed = MakeLearner(recipe, /*ranks=*/1);
-  ASSERT_THAT(resumed->Load(tensors, state), IsOk());
+  ASSERT_THAT(resumed->Load(tensors, state, /*chunks=*/{}), IsOk());
   for (int64_t i = 4; i < 6; ++i) UpdateOnce(*resumed, i);
 
   EXPECT_EQ(Bits(*resumed), Bits(*learner));
@@ -112,15 +112,15 @@ TEST(PpoLearner, RefusesADamagedTrainingState) {
   for (const auto& [name, tensor] : tensors) {
     TensorMap damaged = tensors;
     damaged.erase(name);
-    EXPECT_THAT(learner->Load(damaged, state),
+    EXPECT_THAT(learner->Load(damaged, state, /*chunks=*/{}),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(name)));
   }
   TensorMap damaged = tensors;
   damaged.at("policy/mean/bias").mutable_float32()[0] = NAN;
-  EXPECT_THAT(learner->Load(damaged, state),
+  EXPECT_THAT(learner->Load(damaged, state, /*chunks=*/{}),
               StatusIs(absl::StatusCode::kInvalidArgument));
   state.set_learning_rate_factor(-1);
-  EXPECT_THAT(learner->Load(tensors, state),
+  EXPECT_THAT(learner->Load(tensors, state, /*chunks=*/{}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("learning_rate_factor")));
   EXPECT_EQ(Bits(*learner), before);

@@ -14,9 +14,9 @@
 #include "common/check.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
-#include "learner/ppo/trained_network.h"
 #include "learner/torch/runtime.h"
 #include "learner/torch/torch_guard.h"
+#include "learner/torch/trained_network.h"
 
 namespace sinew::learner {
 namespace {
@@ -79,7 +79,7 @@ class Networks final : public PpoNetworks {
       const Tensor inputs =
           HostView(observations, {rows, observation_width_}, at::kFloat)
               .to(device_);
-      for (auto& network : networks_) network->Load(first_row, inputs);
+      for (auto& network : networks_) network->Load(first_row, {inputs});
       return absl::OkStatus();
     });
   }
@@ -87,7 +87,7 @@ class Networks final : public PpoNetworks {
   absl::Status Values(int64_t first_row, absl::Span<float> values) override {
     return CatchTorch("computing values", [&] {
       const int64_t rows = static_cast<int64_t>(values.size());
-      const Tensor result = Of(NetworkId::kValue).Forward(first_row, rows);
+      const Tensor result = Of(NetworkId::kValue).Forward(first_row, rows)[0];
       at::from_blob(values.data(), {rows, 1}, at::kFloat).copy_(result);
       return absl::OkStatus();
     });
@@ -273,8 +273,8 @@ absl::Status Networks::AddNetwork(const std::string& graph_name,
       TrainedNetwork::Create(
           graph_,
           {.graph_name = graph_name,
-           .input = kObservation,
-           .output = output,
+           .inputs = {kObservation},
+           .outputs = {output},
            .extra_parameters = std::move(extra_parameters),
            .precision =
                options_.bfloat16 ? Precision::kBfloat16 : Precision::kFloat32,
@@ -302,7 +302,7 @@ absl::Status Networks::CheckNothingShared() const {
 Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
                             GradientFigures& figures) const {
   TrainedNetwork& network = Of(NetworkId::kPolicy);
-  const Tensor mean = network.Forward(shard, index);
+  const Tensor mean = network.Forward(shard, index)[0];
   const Tensor& std = network.Parameters(shard)[std_number_];
   const Tensor advantage = targets_.advantage.index_select(0, index);
   const Tensor weight = targets_.weight.index_select(0, index);
@@ -341,7 +341,8 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
 }
 
 Tensor Networks::ValueLoss(int shard, const Tensor& index, double scale) const {
-  const Tensor value = Of(NetworkId::kValue).Forward(shard, index).squeeze(1);
+  const Tensor value =
+      Of(NetworkId::kValue).Forward(shard, index)[0].squeeze(1);
   const Tensor error = value - targets_.value_target.index_select(0, index);
   const Tensor weight = targets_.weight.index_select(0, index);
   return (error.square() * weight).sum() * (0.5 * scale);

@@ -6,7 +6,7 @@
 #include "absl/status/statusor.h"
 #include "learner/ppo/batch.h"
 #include "learner/ppo/ppo_networks.h"
-#include "learner/ppo/rank_pool.h"
+#include "learner/update/rank_pool.h"
 
 namespace sinew::learner {
 

@@ -5,10 +5,20 @@
 
 namespace sinew::learner {
 
+void LearnerMetricsRecorder::RecordDistillation(
+    const DistillationFigures& figures) {
+  metrics_.distillation_action_error_radians.Set(figures.action_error_rad);
+  metrics_.distillation_latent_kl_nats.Set(figures.latent_kl);
+  metrics_.distillation_continuity_loss.Set(figures.continuity_loss);
+  metrics_.memory_rows.Set(static_cast<double>(figures.memory_rows));
+  metrics_.labelled_rows.Increment(static_cast<double>(figures.labelled_rows));
+}
+
 void LearnerMetricsRecorder::RecordIteration(const IterationReport& report) {
   const UpdateStatistics& update = report.update;
   metrics::StageSeconds& stages = metrics_.stage_seconds;
   stages.Add("wait", report.wait_seconds);
+  stages.Add("label", report.label_seconds);
   stages.Add("learn", report.learn_seconds);
   stages.Add("publish", report.publish_seconds);
   stages.Add("evaluate", report.evaluation_core_seconds);
@@ -34,6 +44,7 @@ void LearnerMetricsRecorder::RecordIteration(const IterationReport& report) {
   metrics_.non_finite_minibatches.Increment(
       static_cast<double>(update.non_finite));
   metrics_.mean_reward.Set(update.reward_mean);
+  if (update.distillation) RecordDistillation(*update.distillation);
   if (!report.evaluation.has_value()) return;
   const SetSummary& overall = report.evaluation->overall;
   metrics_.evaluation_success_ratio.Set(

@@ -5,6 +5,7 @@
 
 #include "common/metrics/learner_metrics.h"
 #include "learner/dispatcher/dispatcher.h"
+#include "learner/learner.h"
 #include "learner/trainer/trainer.h"
 
 namespace sinew::learner {
@@ -33,6 +34,8 @@ class LearnerMetricsRecorder {
   }
 
  private:
+  void RecordDistillation(const DistillationFigures& figures);
+
   metrics::LearnerMetrics& metrics_;
   Dispatcher::Statistics before_;
 };

@@ -51,6 +51,27 @@ IterationReport MakeReport() {
   return report;
 }
 
+TEST(LearnerMetricsRecorder, ShowsADistillation) {
+  Fixture f;
+  IterationReport report = MakeReport();
+  report.label_seconds = 0.5;
+  report.update.distillation = DistillationFigures{.action_error_rad = 0.125,
+                                                   .latent_kl = 3,
+                                                   .continuity_loss = 0.25,
+                                                   .memory_rows = 4096,
+                                                   .labelled_rows = 1000};
+
+  f.recorder.RecordIteration(report);
+  f.recorder.RecordIteration(report);
+
+  f.Expect("sinew_distillation_action_error_radians 0.125");
+  f.Expect("sinew_distillation_latent_kl_nats 3");
+  f.Expect("sinew_distillation_continuity_loss 0.25");
+  f.Expect("sinew_memory_rows 4096");
+  f.Expect("sinew_labelled_rows_total 2000");
+  f.Expect("sinew_stage_seconds_total{stage=\"label\"} 1");
+}
+
 TEST(LearnerMetricsRecorder, ShowsWhatAnIterationDid) {
   Fixture f;
 

@@ -10,6 +10,7 @@
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
 #include "common/status_macros.h"
+#include "learner/learner.h"
 #include "learner/state/newest_state.h"
 
 namespace sinew::learner {
@@ -23,6 +24,10 @@ std::string SnapshotFile(int64_t version) {
   return absl::StrCat("snapshot-", version);
 }
 
+std::string ChunkFile(const std::string& sha256) {
+  return absl::StrCat("memory-", sha256);
+}
+
 Blob MakeBlob(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
 }
@@ -32,6 +37,14 @@ absl::StatusOr<Blob> Find(const ArtifactFiles& files, const std::string& path) {
   if (found != files.end()) return found->second;
   return absl::DataLossError(
       absl::StrCat("training state: expected a file ", path, ", found none"));
+}
+
+absl::Status CheckDigest(const std::string& path, const std::string& expected,
+                         const std::string& bytes) {
+  const std::string found = Sha256Hex(bytes);
+  if (found == expected) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat(path, ": expected SHA-256 ", expected,
+                                          ", found ", found));
 }
 
 absl::Status ReadTensors(const std::string& bytes, TensorMap& tensors) {
@@ -47,13 +60,18 @@ absl::Status ReadTensors(const std::string& bytes, TensorMap& tensors) {
 
 ArtifactFiles StateToFiles(const Trainer::State& state) {
   SINEW_CHECK(state.counters.snapshots_size() ==
-              static_cast<int>(state.snapshots.size()));
+                  static_cast<int>(state.snapshots.size()) &&
+              state.counters.memory().chunks_size() ==
+                  static_cast<int>(state.chunks.size()));
   ArtifactFiles files;
   files[kStateCounters] = MakeBlob(SerializeDeterministically(state.counters));
   files[kTensors] = MakeBlob(SerializeSafetensors(state.tensors));
   for (int i = 0; i < state.counters.snapshots_size(); ++i) {
     files[SnapshotFile(state.counters.snapshots(i).version())] =
         MakeBlob(state.snapshots[i]);
+  }
+  for (const StateChunk& chunk : state.chunks) {
+    files[ChunkFile(chunk.sha256)] = chunk.bytes;
   }
   return files;
 }
@@ -67,12 +85,14 @@ absl::StatusOr<Trainer::State> StateFromFiles(const ArtifactFiles& files) {
   for (const v1::SnapshotReference& reference : state.counters.snapshots()) {
     const std::string path = SnapshotFile(reference.version());
     SINEW_ASSIGN_OR_RETURN(const Blob snapshot, Find(files, path));
-    const std::string found = Sha256Hex(*snapshot);
-    if (found != reference.sha256()) {
-      return absl::DataLossError(absl::StrCat(
-          path, ": expected SHA-256 ", reference.sha256(), ", found ", found));
-    }
+    SINEW_RETURN_IF_ERROR(CheckDigest(path, reference.sha256(), *snapshot));
     state.snapshots.push_back(*snapshot);
+  }
+  for (const v1::MemoryState::Chunk& chunk : state.counters.memory().chunks()) {
+    const std::string path = ChunkFile(chunk.sha256());
+    SINEW_ASSIGN_OR_RETURN(Blob bytes, Find(files, path));
+    SINEW_RETURN_IF_ERROR(CheckDigest(path, chunk.sha256(), *bytes));
+    state.chunks.push_back({chunk.sha256(), std::move(bytes)});
   }
   return state;
 }

@@ -12,10 +12,10 @@ namespace sinew::learner {
 //   state.pb             v1::TrainingState
 //   tensors.safetensors  weights, moments, normaliser
 //   snapshot-VERSION     bytes of each snapshot that state.pb names
+//   memory-SHA256        chunks of a distillation's memory that it names
 //
-// Each file is a blob, so what two states share is stored once. Other files
-// are left alone: replay contents, once they are saved, come as chunks beside
-// these.
+// Each file is a blob, so what two states share (most chunks) is stored once.
+// Other files are left alone.
 //
 // Pure functions. StateFromFiles: DATA_LOSS naming the file that is missing,
 // does not parse, holds numbers that are not finite, or has another digest

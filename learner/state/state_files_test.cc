@@ -87,5 +87,37 @@ TEST(StateFiles, RefuseASnapshotOfAnotherDigest) {
                              HasSubstr(Sha256Hex("another")))));
 }
 
+TEST(StateFiles, HoldTheMemoryInChunksOfTheirOwn) {
+  Trainer::State state = MakeState(5);
+  AddChunk("first", state);
+  AddChunk("second", state);
+
+  const auto files = StateToFiles(state);
+  const auto back = StateFromFiles(files);
+
+  EXPECT_TRUE(files.contains("memory-" + Sha256Hex("second")));
+  ASSERT_THAT(back, IsOk());
+  ASSERT_EQ(back->chunks.size(), 2u);
+  EXPECT_EQ(*back->chunks[0].bytes, "first");
+  EXPECT_EQ(back->chunks[1].sha256, Sha256Hex("second"));
+}
+
+TEST(StateFiles, RefuseAChunkThatIsMissingOrAnother) {
+  Trainer::State state = MakeState(5);
+  AddChunk("first", state);
+  const std::string path = "memory-" + Sha256Hex("first");
+
+  auto missing = StateToFiles(state);
+  missing.erase(path);
+  auto other = StateToFiles(state);
+  other[path] = MakeBlob("another");
+
+  EXPECT_THAT(StateFromFiles(missing),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)));
+  EXPECT_THAT(StateFromFiles(other),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr(path + ": expected SHA-256")));
+}
+
 }  // namespace
 }  // namespace sinew::learner

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/logging.h"
+#include "learner/learner.h"
 #include "learner/state/state_store.h"
 
 namespace sinew::learner {
@@ -16,6 +17,9 @@ int64_t BytesOf(const Trainer::State& state) {
   }
   for (const std::string& snapshot : state.snapshots) {
     bytes += static_cast<int64_t>(snapshot.size());
+  }
+  for (const StateChunk& chunk : state.chunks) {
+    bytes += static_cast<int64_t>(chunk.bytes->size());
   }
   return bytes;
 }

@@ -47,6 +47,28 @@ class StateStore : public ::testing::Test {
   std::vector<std::string> warnings_;
 };
 
+TEST_F(StateStore, StoresAChunkOnceForAllStatesThatHaveIt) {
+  Trainer::State first = MakeState(20);
+  AddChunk("old", first);
+  AddChunk("shared", first);
+  Trainer::State second = MakeState(40);
+  AddChunk("shared", second);
+  AddChunk("new", second);
+  ASSERT_THAT(SaveState(store_, first, 1), IsOk());
+  ASSERT_THAT(SaveState(store_, second, 1), IsOk());
+
+  const auto state = LoadLatestState(store_, &warnings_);
+
+  ASSERT_THAT(state, IsOk());
+  ASSERT_EQ(state->chunks.size(), 2u);
+  EXPECT_EQ(*state->chunks[0].bytes, "shared");
+  EXPECT_EQ(*state->chunks[1].bytes, "new");
+  // What no state has any more is gone.
+  EXPECT_THAT(store_.GetBlob(Sha256Hex("shared")), IsOk());
+  EXPECT_THAT(store_.GetBlob(Sha256Hex("old")),
+              StatusIs(absl::StatusCode::kNotFound));
+}
+
 TEST_F(StateStore, ReturnsTheNewestState) {
   ASSERT_THAT(SaveState(store_, MakeState(20), 3), IsOk());
   ASSERT_THAT(SaveState(store_, MakeState(40), 3), IsOk());

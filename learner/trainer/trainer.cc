@@ -61,7 +61,7 @@ void SummariseSegments(const std::vector<v1::Segment>& segments,
 
 }  // namespace
 
-Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+Trainer::Trainer(Options options, std::unique_ptr<Learner> learner,
                  Experience& experience, OrderPlanner planner)
     : options_(std::move(options)),
       learner_(std::move(learner)),
@@ -71,8 +71,7 @@ Trainer::Trainer(Options options, std::unique_ptr<PpoLearner> learner,
       plateau_(options_.recipe.plateau()) {}
 
 absl::StatusOr<std::unique_ptr<Trainer>> Trainer::Create(
-    Options options, std::unique_ptr<PpoLearner> learner,
-    Experience& experience) {
+    Options options, std::unique_ptr<Learner> learner, Experience& experience) {
   const v1::Recipe& recipe = options.recipe;
   SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
   SINEW_ASSIGN_OR_RETURN(
@@ -165,6 +164,13 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   SINEW_RETURN_IF_ERROR(BeginNext());
   SINEW_ASSIGN_OR_RETURN(const Collected collected, Collect());
   report.wait_seconds = SecondsSince(start);
+  const auto prepare_start = std::chrono::steady_clock::now();
+  std::vector<const v1::Segment*> pointers;
+  for (const v1::Segment& segment : collected.training) {
+    pointers.push_back(&segment);
+  }
+  SINEW_RETURN_IF_ERROR(learner_->Prepare(pointers));
+  report.label_seconds = SecondsSince(prepare_start);
   // From here on nothing waits for others; a failure is fatal.
   at_rest_ = false;
   SINEW_RETURN_IF_ERROR(Absorb(collected.training));
@@ -174,10 +180,6 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   }
 
   const auto learn_start = std::chrono::steady_clock::now();
-  std::vector<const v1::Segment*> pointers;
-  for (const v1::Segment& segment : collected.training) {
-    pointers.push_back(&segment);
-  }
   SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
   report.learn_seconds = SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();

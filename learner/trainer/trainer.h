@@ -13,7 +13,7 @@
 #include "common/evaluation/evaluation_summary.h"
 #include "learner/curriculum/curriculum.h"
 #include "learner/curriculum/curriculum_summary.h"
-#include "learner/ppo/ppo_learner.h"
+#include "learner/learner.h"
 #include "learner/trainer/annealer.h"
 #include "learner/trainer/experience.h"
 #include "learner/trainer/order_planner.h"
@@ -42,9 +42,10 @@ struct IterationReport {
   v1::StageSeconds rollout_seconds;
   // Seconds of actor threads spent on evaluations that took effect now.
   double evaluation_core_seconds = 0;
-  // Wall seconds of this iteration: waiting for segments, learning (the
-  // update alone), making and publishing the next snapshot.
-  double wait_seconds = 0, learn_seconds = 0, publish_seconds = 0;
+  // Wall seconds of this iteration: waiting for segments, preparing (labels),
+  // learning (the update alone), making and publishing the next snapshot.
+  double wait_seconds = 0, label_seconds = 0, learn_seconds = 0,
+         publish_seconds = 0;
   // An evaluation that took effect after this iteration.
   std::optional<EvaluationSummary> evaluation;
   int64_t evaluated_iteration = -1;  // iteration whose snapshot it tested
@@ -62,6 +63,8 @@ struct IterationReport {
 //     1. orders of k act with snapshot max(0, k - L)
 //     2. take their segments, and those of the evaluations begun at
 //        k + 1 - delay; absorb end states and episodes
+//        (first the learner asks for labels, if it needs any: all may be done
+//        again if that fails)
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
 //     4. update -> weights
 //     5. the evaluations that were taken take effect, on the curriculum too,
@@ -74,7 +77,8 @@ struct IterationReport {
 // Thread-safety: one caller. Ownership: owns learner and curriculum; borrows
 // the experience. Blocking: RunIteration, for experience and learning. Errors:
 // those of Experience::Take leave the state as it was (at_rest: save it, or
-// call again); others are fatal.
+// call again), and so do those of Learner::Prepare, but the segments are gone
+// (save it); others are fatal.
 class Trainer {
  public:
   struct Options {
@@ -90,7 +94,7 @@ class Trainer {
   // INVALID_ARGUMENT: the recipe (ValidateRecipe), or it does not fit the
   // library.
   static absl::StatusOr<std::unique_ptr<Trainer>> Create(
-      Options options, std::unique_ptr<PpoLearner> learner,
+      Options options, std::unique_ptr<Learner> learner,
       Experience& experience);
 
   absl::StatusOr<IterationReport> RunIteration();
@@ -105,7 +109,7 @@ class Trainer {
   bool at_rest() const { return at_rest_; }
   int64_t iteration() const { return iteration_; }
   int64_t samples() const { return samples_; }
-  const PpoLearner& learner() const { return *learner_; }
+  const Learner& learner() const { return *learner_; }
   const Curriculum& curriculum() const { return *curriculum_; }
   // Evaluations have stopped improving, as the recipe's plateau defines it: the
   // run is over. It stays so.
@@ -114,12 +118,14 @@ class Trainer {
   // Newest snapshot.
   const PublishedSnapshot& snapshot() const { return snapshots_.back(); }
 
-  // The whole state between two iterations; `tensors` and `snapshots` go
-  // beside it (snapshots that open orders need, oldest first).
+  // The whole state between two iterations; `tensors`, `snapshots` and `chunks`
+  // go beside it (snapshots that open orders need, oldest first; what the
+  // learner keeps of earlier iterations, oldest first).
   struct State {
     v1::TrainingState counters;
     TensorMap tensors;
     std::vector<std::string> snapshots;  // bytes
+    std::vector<StateChunk> chunks = {};
   };
   State Save() const;
   // Into a fresh trainer of the same options. FAILED_PRECONDITION or
@@ -136,7 +142,7 @@ class Trainer {
   absl::StatusOr<int> Migrate(const State& state);
 
  private:
-  Trainer(Options options, std::unique_ptr<PpoLearner> learner,
+  Trainer(Options options, std::unique_ptr<Learner> learner,
           Experience& experience, OrderPlanner planner);
 
   absl::Status PublishSnapshot();
@@ -162,7 +168,7 @@ class Trainer {
   absl::Status RestoreLearning(const State& state);
 
   const Options options_;
-  std::unique_ptr<PpoLearner> learner_;
+  std::unique_ptr<Learner> learner_;
   Experience& experience_;
   std::unique_ptr<Curriculum> curriculum_;
   OrderPlanner planner_;

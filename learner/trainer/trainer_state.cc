@@ -119,6 +119,7 @@ Trainer::State Trainer::Save() const {
   counters.set_assets_sha256(options_.assets_sha256);
   learner_->SaveCounters(counters);
   state.tensors = learner_->SaveTensors();
+  state.chunks = learner_->SaveChunks();
   return state;
 }
 
@@ -143,7 +144,7 @@ absl::Status Trainer::Restore(const State& state) {
 
 absl::Status Trainer::RestoreLearning(const State& state) {
   const v1::TrainingState& counters = state.counters;
-  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters));
+  SINEW_RETURN_IF_ERROR(learner_->Load(state.tensors, counters, state.chunks));
   annealer_.Restore(counters.anneal());
   plateau_.Restore(counters.plateau());
   iteration_ = counters.iteration();

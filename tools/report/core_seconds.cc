@@ -13,19 +13,22 @@ struct StageName {
 };
 
 // Keys of "seconds" whose values are seconds of one thread.
-constexpr std::array<StageName, 8> kStages = {{
+constexpr std::array<StageName, 9> kStages = {{
     {"simulate", "MuJoCo steps"},
     {"infer", "the policy's forward passes"},
     {"observe", "observation, reward, termination"},
     {"encode", "packing segments"},
+    {"label", "waiting for the teacher"},
     {"learn", "gradients and optimiser"},
     {"evaluate", "rollouts of evaluations"},
     {"publish", "making and handing out snapshots"},
     {"save", "writing states"},
 }};
 
-// Learning runs on `ranks` threads at once; its seconds are wall time.
+// Learning runs on `ranks` threads at once, and while labels are waited for
+// nothing else runs; their seconds are wall time.
 double Threads(const std::string& stage, const Json& row, double cores) {
+  if (stage == "label") return std::max(1.0, cores);
   return stage == "learn" ? NumberAt(row, {"ranks"}, std::max(1.0, cores)) : 1;
 }
 

@@ -42,6 +42,10 @@ constexpr std::array<const char*, 9> kCurriculumValues = {
     "clips_of_half",        "failure_rate", "hardest_share",
     "hardest_failure_rate", "hard_clips",   "worst_success"};
 
+// Of the object "distillation" of a row, by their names there.
+constexpr std::array<const char*, 5> kDistillationValues = {
+    "action_loss", "latent_kl", "continuity_loss", "kl_weight", "memory_rows"};
+
 double Value(const Json& row, const std::string& name) {
   return NumberAt(row, {name}, kAbsent);
 }
@@ -138,6 +142,15 @@ Json TrainingCurves(const std::vector<Json>& rows) {
       columns[kRewardTerms[term]].push_back(
           bucket.Mean([&](const Json& row) { return RewardTerm(row, term); }));
     }
+    for (const char* name : kDistillationValues) {
+      columns[name].push_back(bucket.Mean([&](const Json& row) {
+        return NumberAt(row, {"distillation", name}, kAbsent);
+      }));
+    }
+    columns["action_error_mrad"].push_back(bucket.Mean([](const Json& row) {
+      return 1000 *
+             NumberAt(row, {"distillation", "action_error_rad"}, kAbsent);
+    }));
     columns["tracking_mm"].push_back(bucket.Mean(
         [](const Json& row) { return 1000 * Value(row, "body_distance_m"); }));
     columns["fail_share"].push_back(bucket.Mean(FailShare));

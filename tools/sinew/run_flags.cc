@@ -27,6 +27,9 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
   command.add_option("--continue", flags.continue_from,
                      "compact state (sinew export --state) that a new run goes "
                      "on from");
+  command.add_option("--teacher", flags.teachers,
+                     "who labels a distillation: a bundle, or addresses of "
+                     "`sinew teacher`");
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
@@ -48,6 +51,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.init = flags.init;
   options.primitives = flags.primitives;
   options.continue_from = flags.continue_from;
+  options.teachers = flags.teachers;
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;

@@ -25,6 +25,7 @@ struct RunFlags {
   std::string init;
   std::vector<std::string> primitives;
   std::string continue_from;
+  std::vector<std::string> teachers;
   bool migrate_library = false;
   std::vector<std::string> set;
 };

@@ -1,7 +1,5 @@
 #include "tools/training/initial_policy.h"
 
-#include <google/protobuf/util/message_differencer.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -11,50 +9,24 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
-#include "absl/strings/strip.h"
 #include "common/logging.h"
 #include "common/policy/builder.h"
 #include "common/policy/validate.h"
 #include "common/rpc/credentials.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
 #include "learner/state/state_store.h"
 #include "learner/trainer/trainer.h"
+#include "tools/training/same_message.h"
 
 namespace sinew::tools {
 namespace {
 
-using google::protobuf::Message;
-
-// Puts a bundle's folder before an error of its content.
-absl::Status In(absl::string_view directory, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(directory, ": ", status.message()));
-}
-
-absl::Status Unfit(absl::string_view field, absl::string_view expected,
-                   absl::string_view found) {
-  return absl::InvalidArgumentError(
-      absl::StrCat(field, ": expected ", expected, ", found ", found));
-}
-
 std::string Quoted(absl::string_view text) {
   return absl::StrCat("\"", text, "\"");
-}
-
-absl::Status SameMessage(absl::string_view field, const Message& expected,
-                         const Message& found) {
-  google::protobuf::util::MessageDifferencer differencer;
-  std::string differences;
-  differencer.ReportDifferencesToString(&differences);
-  if (differencer.Compare(expected, found)) return absl::OkStatus();
-  std::replace(differences.begin(), differences.end(), '\n', ' ');
-  return Unfit(
-      field, "the recipe's",
-      absl::StrCat("another (", absl::StripSuffix(differences, " "), ")"));
 }
 
 absl::Status CheckCharacter(const v1::BundleManifest& manifest,
@@ -165,7 +137,7 @@ absl::Status CheckPrimitive(const bundle::Bundle& bundle,
 }
 
 absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
-                      const TaskSetup& setup, learner::PpoLearner& learner) {
+                      const TaskSetup& setup, learner::Learner& learner) {
   const std::string& directory = policy.init;
   SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                          bundle::ReadBundle(directory));
@@ -245,6 +217,35 @@ absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
   }
   if (count == 0) return absl::OkStatus();
   return TakePrimitives(policy.primitives, recipe, setup, learner);
+}
+
+absl::Status BeginWithInit(const InitialPolicy& policy,
+                           const v1::Recipe& recipe, const TaskSetup& setup,
+                           learner::Learner& learner) {
+  if (!policy.primitives.empty()) {
+    return absl::InvalidArgumentError(
+        "--primitives: expected a recipe with network.composer, found one with "
+        "distillation");
+  }
+  if (policy.init.empty()) return absl::OkStatus();
+  return TakeInit(policy, recipe, setup, learner);
+}
+
+absl::StatusOr<std::vector<v1::RunInputs::Source>> InitialSources(
+    const InitialPolicy& policy) {
+  std::vector<v1::RunInputs::Source> sources;
+  const auto add = [&](const char* role, const std::string& directory) {
+    const absl::StatusOr<bundle::Bundle> read = bundle::ReadBundle(directory);
+    if (read.ok()) sources.push_back(bundle::MakeSource(role, read->manifest));
+    return read.status();
+  };
+  if (!policy.init.empty()) {
+    SINEW_RETURN_IF_ERROR(add("init", policy.init));
+  }
+  for (const std::string& primitive : policy.primitives) {
+    SINEW_RETURN_IF_ERROR(add("primitive", primitive));
+  }
+  return sources;
 }
 
 }  // namespace sinew::tools

@@ -9,8 +9,10 @@
 #include "absl/status/statusor.h"
 #include "common/clock.h"
 #include "common/policy/safetensors.h"
+#include "learner/learner.h"
 #include "learner/ppo/ppo_learner.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 #include "tools/training/task_setup.h"
 
 namespace sinew::tools {
@@ -44,6 +46,16 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
 // what ReadBundle says; the learner is then as it was.
 absl::Status BeginWith(const InitialPolicy& policy, const v1::Recipe& recipe,
                        const TaskSetup& setup, learner::PpoLearner& learner);
+
+// The same for a learner that weighs no primitives.
+absl::Status BeginWithInit(const InitialPolicy& policy,
+                           const v1::Recipe& recipe, const TaskSetup& setup,
+                           learner::Learner& learner);
+
+// What a run's bundles are to say of these. Blocks on the disk. Errors: those
+// of ReadBundle.
+absl::StatusOr<std::vector<v1::RunInputs::Source>> InitialSources(
+    const InitialPolicy& policy);
 
 }  // namespace sinew::tools
 

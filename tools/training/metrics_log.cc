@@ -44,6 +44,7 @@ Json SecondsRow(const learner::IterationReport& report,
   const v1::StageSeconds& rollout = report.rollout_seconds;
   return {{"iteration", figures.iteration_wall},
           {"wait", report.wait_seconds},
+          {"label", report.label_seconds},
           {"learn", report.learn_seconds},
           {"publish", report.publish_seconds},
           {"save", figures.save_seconds},
@@ -69,6 +70,17 @@ Json UpdateRow(const learner::UpdateStatistics& update) {
           {"value_learning_rate", update.value_learning_rate},
           {"std_factor", update.std_factor},
           {"non_finite", update.non_finite}};
+}
+
+Json DistillationRow(const learner::DistillationFigures& figures) {
+  return {{"action_loss", figures.action_loss},
+          {"action_error_rad", figures.action_error_rad},
+          {"latent_kl", figures.latent_kl},
+          {"continuity_loss", figures.continuity_loss},
+          {"kl_weight", figures.kl_weight},
+          {"memory_rows", figures.memory_rows},
+          {"labelled_rows", figures.labelled_rows},
+          {"label_seconds", figures.label_seconds}};
 }
 
 Json Row(const learner::IterationReport& report, const RunFigures& figures) {
@@ -98,6 +110,9 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
                      {"seconds", SecondsRow(report, figures)}};
   row.update(rest);
   row["curriculum"] = SummaryJson(report.curriculum);
+  if (update.distillation) {
+    row["distillation"] = DistillationRow(*update.distillation);
+  }
   if (report.plateau) {
     row["plateau"] = {{"best_share", report.plateau->best_share()},
                       {"stalled", report.plateau->stalled()}};

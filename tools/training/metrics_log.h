@@ -42,6 +42,8 @@ struct RunFigures {
 // of cores * seconds.iteration, the actors' threads spent seconds.simulate,
 // infer, observe, encode and evaluate, the learner ranks * seconds.learn and
 // seconds.publish and save; the rest is waiting, sending and judging segments.
+// While seconds.label pass nothing else is done: cores * seconds.label is what
+// the teacher costs. `distillation` is there where the recipe has one.
 // `eval` has `training` and `left_out` where clips are left out, and `drawn`
 // where starts are drawn from some of those that are trained on; `plateau` is
 // there where the recipe has one.

@@ -156,6 +156,28 @@ TEST(MetricsLogTest, HasThePlateauOnlyWhereTheRecipeHasOne) {
   EXPECT_EQ(rows[1]["plateau"]["stalled"], 2);
 }
 
+TEST(MetricsLogTest, HasTheDistillationOnlyWhereTheRecipeHasOne) {
+  const std::string path = NewFile("distillation.jsonl");
+  auto log = MetricsLog::Open(path, 0);
+  ASSERT_THAT(log, IsOk());
+  learner::IterationReport report;
+  report.iteration = 1;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  report.iteration = 2;
+  report.label_seconds = 0.25;
+  report.update.distillation = learner::DistillationFigures();
+  report.update.distillation->action_error_rad = 0.125;
+  report.update.distillation->memory_rows = 4096;
+  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+
+  const std::vector<nlohmann::json> rows = Rows(path);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_FALSE(rows[0].contains("distillation"));
+  EXPECT_EQ(rows[1]["distillation"]["action_error_rad"], 0.125);
+  EXPECT_EQ(rows[1]["distillation"]["memory_rows"], 4096);
+  EXPECT_EQ(rows[1]["seconds"]["label"], 0.25);
+}
+
 TEST(MetricsLogTest, HasTheClipsThatAreDrawnFromWhereTheyAreFewer) {
   const std::string path = NewFile("drawn.jsonl");
   auto log = MetricsLog::Open(path, 0);

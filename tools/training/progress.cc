@@ -47,6 +47,9 @@ std::string ProgressText(const ProgressState& state, int bar_width) {
       &text, "iteration %d  %.2f M samples  %.1f k/s  ", state.iteration,
       static_cast<double>(state.samples) / 1e6, state.samples_per_second / 1e3);
   absl::StrAppendFormat(&text, "reward %.3f", state.reward);
+  if (state.action_error_rad) {
+    absl::StrAppendFormat(&text, "  error %.3f rad", *state.action_error_rad);
+  }
   if (!state.evaluation.empty()) absl::StrAppend(&text, "  ", state.evaluation);
   if (state.seconds_left) {
     absl::StrAppend(&text, "  ", TimeText(*state.seconds_left), " left");

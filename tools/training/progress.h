@@ -19,6 +19,8 @@ struct ProgressState {
   int64_t samples = 0;
   double samples_per_second = 0;
   double reward = 0;
+  // Of a distillation: root mean square of target errors, rad.
+  std::optional<double> action_error_rad = std::nullopt;
   // Share of the run that is done, [0, 1], and seconds left; unset: it has no
   // end.
   std::optional<double> share;

@@ -30,6 +30,14 @@ TEST(ProgressTest, ShowsSpeedSamplesAndReward) {
             "iteration 57  0.47 M samples  11.2 k/s  reward 0.741");
 }
 
+TEST(ProgressTest, ShowsTheErrorOfADistillation) {
+  ProgressState state = MakeState();
+  state.action_error_rad = 0.0314;
+
+  EXPECT_THAT(ProgressText(state, 10),
+              EndsWith("reward 0.741  error 0.031 rad"));
+}
+
 TEST(ProgressTest, ShowsShareTimeLeftSuccessAndTrouble) {
   ProgressState state = MakeState();
   state.share = 0.25;

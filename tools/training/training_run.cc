@@ -158,6 +158,9 @@ void TrainingRun::Show(const learner::IterationReport& report) {
           ? static_cast<double>(report.samples - first_samples_) / session
           : 0;
   state.reward = report.update.reward_mean;
+  if (report.update.distillation) {
+    state.action_error_rad = report.update.distillation->action_error_rad;
+  }
   state.evaluation = evaluation_;
   SetEnd(state);
   if (figures_.save_failures > 0) {

@@ -27,6 +27,7 @@
 #include "tools/training/run_metrics.h"
 #include "tools/training/run_services.h"
 #include "tools/training/run_store.h"
+#include "tools/training/run_teacher.h"
 #include "tools/training/task_setup.h"
 
 namespace sinew::tools {
@@ -46,6 +47,9 @@ namespace sinew::tools {
 // A run whose library has changed is refused before anything of it is touched,
 // or goes on with the new one (migrate_library): Trainer::Migrate. So does one
 // that begins from a compact state.
+//
+// A teacher that fails to label ends the run, with the peers named, after what
+// there is is saved: nothing is guessed.
 //
 // A save that fails costs the chance to resume there and nothing else: it is
 // counted and shown, and tried again at the next interval.
@@ -89,6 +93,9 @@ class TrainingRun {
     // Compact state (compact_state.h) that a run without states goes on from
     // instead; empty: none.
     std::string continue_from = {};
+    // Who labels, if the recipe has distillation: a bundle's folder, or
+    // addresses of `sinew teacher` (run_teacher.h).
+    std::vector<std::string> teachers = {};
     // Go on with another library than the run's, if it is another.
     bool migrate_library = false;
   };
@@ -168,6 +175,8 @@ class TrainingRun {
 
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<RunStore> store_;
+  // Unset: PPO.
+  std::optional<RunTeacher> teacher_;
   // The newest state, while the run is opened; unset: there is none.
   std::optional<learner::Trainer::State> state_;
   // Unset, or what `state_` was trained with: it is a compact one, of a run

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,10 +16,14 @@
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/open_store.h"
+#include "learner/learner.h"
 #include "learner/ppo/ppo_learner.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/kept_fallen_states.h"
+#include "tools/training/make_learner.h"
+#include "tools/training/run_sources.h"
+#include "tools/training/run_teacher.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {
@@ -41,6 +46,10 @@ Blob KeptFallenStatesOf(const TrainingRun::Options& options, const Clock& clock,
   notes->push_back(
       absl::StrCat("fallen states are made anew: ", store.status().message()));
   return nullptr;
+}
+
+InitialPolicy InitialOf(const TrainingRun::Options& options) {
+  return {.init = options.init, .primitives = options.primitives};
 }
 
 }  // namespace
@@ -76,7 +85,14 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
                   return KeptFallenStatesOf(options, clock, stop, others,
                                             &notes);
                 }));
+  SINEW_ASSIGN_OR_RETURN(std::optional<RunTeacher> teacher,
+                         OpenTeacher({.teachers = options.teachers,
+                                      .threads = options.ranks,
+                                      .security = options.security,
+                                      .stop = stop},
+                                     options.recipe, setup));
   std::unique_ptr<TrainingRun> run(new TrainingRun(options, clock, stop));
+  run->teacher_ = std::move(teacher);
   run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
   SINEW_RETURN_IF_ERROR(run->OpenFolder());
   for (const std::string& note : notes) LogWarning(note);
@@ -101,8 +117,12 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                          RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(LoadState());
   SINEW_RETURN_IF_ERROR(CheckAssets(setup));
+  SINEW_ASSIGN_OR_RETURN(
+      const std::vector<v1::RunInputs::Source> sources,
+      RunSources(folder_->path(), /*resumed=*/state_.has_value(),
+                 InitialOf(options_), teacher_));
   SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
-      folder_->path(), options_.character, *setup.library));
+      folder_->path(), options_.character, *setup.library, sources));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_, setup.assets_sha256);
   return best_->Load(state_ ? state_->counters.assets_sha256() : "");
@@ -217,23 +237,18 @@ void TrainingRun::MakeExperience(const TaskSetup& setup) {
 }
 
 absl::Status TrainingRun::MakeTrainer(const TaskSetup& setup) {
-  SINEW_ASSIGN_OR_RETURN(
-      auto learner,
-      learner::PpoLearner::Create(options_.recipe,
-                                  {.observation_width = setup.observation_width,
-                                   .action_width = setup.action_width,
-                                   .ranks = options_.ranks,
-                                   .mirror = setup.mirror}));
+  std::optional<InitialPolicy> initial;
   if (!state_) {
-    InitialPolicy policy = {.init = options_.init,
-                            .primitives = options_.primitives};
+    initial = InitialOf(options_);
     if (!options_.init_critic.empty()) {
       SINEW_ASSIGN_OR_RETURN(
-          policy.critic, ReadCritic(options_.init_critic,
-                                    options_.init_critic_iteration, clock_));
+          initial->critic, ReadCritic(options_.init_critic,
+                                      options_.init_critic_iteration, clock_));
     }
-    SINEW_RETURN_IF_ERROR(BeginWith(policy, options_.recipe, setup, *learner));
   }
+  SINEW_ASSIGN_OR_RETURN(
+      auto learner,
+      MakeLearner(options_.recipe, setup, options_.ranks, teacher_, initial));
   learner::Trainer::Options trainer;
   trainer.recipe = options_.recipe;
   trainer.library = setup.library->manifest();

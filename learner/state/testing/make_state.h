@@ -2,6 +2,7 @@
 #define SINEW_LEARNER_STATE_TESTING_MAKE_STATE_H_
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,13 @@ inline Trainer::State MakeState(int64_t iteration, int64_t values = 6) {
   }
   state.tensors["weight"] = HostTensor::Float32({values}, weight);
   return state;
+}
+
+// Adds a chunk of memory with these bytes.
+inline void AddChunk(const std::string& bytes, Trainer::State& state) {
+  const std::string sha256 = Sha256Hex(bytes);
+  state.counters.mutable_memory()->add_chunks()->set_sha256(sha256);
+  state.chunks.push_back({sha256, std::make_shared<const std::string>(bytes)});
 }
 
 }  // namespace sinew::learner

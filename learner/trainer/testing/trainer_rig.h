@@ -111,6 +111,7 @@ inline std::string Bits(const Trainer::State& state) {
   std::string all = SerializeDeterministically(state.counters) +
                     SerializeSafetensors(state.tensors);
   for (const std::string& bytes : state.snapshots) all += Sha256Hex(bytes);
+  for (const StateChunk& chunk : state.chunks) all += Sha256Hex(*chunk.bytes);
   return Sha256Hex(all);
 }
 

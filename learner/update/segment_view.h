@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_SEGMENT_VIEW_H_
-#define SINEW_LEARNER_PPO_SEGMENT_VIEW_H_
+#ifndef SINEW_LEARNER_UPDATE_SEGMENT_VIEW_H_
+#define SINEW_LEARNER_UPDATE_SEGMENT_VIEW_H_
 
 #include <cstdint>
 
@@ -39,4 +39,4 @@ absl::StatusOr<SegmentView> ViewSegment(const v1::Segment& segment,
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_SEGMENT_VIEW_H_
+#endif  // SINEW_LEARNER_UPDATE_SEGMENT_VIEW_H_

@@ -1,4 +1,4 @@
-#include "learner/ppo/initial_weights.h"
+#include "learner/update/initial_weights.h"
 
 #include <set>
 #include <utility>

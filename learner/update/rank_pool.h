@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_RANK_POOL_H_
-#define SINEW_LEARNER_PPO_RANK_POOL_H_
+#ifndef SINEW_LEARNER_UPDATE_RANK_POOL_H_
+#define SINEW_LEARNER_UPDATE_RANK_POOL_H_
 
 #include <functional>
 #include <thread>
@@ -58,4 +58,4 @@ class RankPool {
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_RANK_POOL_H_
+#endif  // SINEW_LEARNER_UPDATE_RANK_POOL_H_

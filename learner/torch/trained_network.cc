@@ -1,4 +1,4 @@
-#include "learner/ppo/trained_network.h"
+#include "learner/torch/trained_network.h"
 
 #include <ATen/ATen.h>
 #include <c10/core/GradMode.h>
@@ -36,11 +36,11 @@ absl::StatusOr<std::unique_ptr<TrainedNetwork>> TrainedNetwork::Create(
       std::unique_ptr<const GraphModule> module,
       GraphModule::Create(graph, options.graph_name, options.precision));
   const std::vector<std::string> frontier =
-      module->FrozenFrontier({options.output});
+      module->FrozenFrontier(options.outputs);
   SINEW_ASSIGN_OR_RETURN(GraphPlan prefix,
-                         module->MakePlan({options.input}, frontier));
+                         module->MakePlan(options.inputs, frontier));
   SINEW_ASSIGN_OR_RETURN(GraphPlan plan,
-                         module->MakePlan(frontier, {options.output}));
+                         module->MakePlan(frontier, options.outputs));
   std::vector<int> trained = module->TrainedParameters(plan);
   trained.insert(trained.end(), options.extra_parameters.begin(),
                  options.extra_parameters.end());
@@ -66,37 +66,48 @@ void TrainedNetwork::Reserve(int64_t rows) {
   frontier_.clear();
   // One row through the prefix tells the widths.
   const c10::NoGradGuard no_grad;
-  const at::Tensor row =
-      at::zeros({1, module_->graph().inputs(prefix_.given[0]).width()},
-                weights_.flat().options());
-  for (const at::Tensor& value : module_->Run(prefix_, {row}, frozen_)) {
+  std::vector<at::Tensor> row;
+  for (const int input : prefix_.given) {
+    row.push_back(at::zeros({1, module_->graph().inputs(input).width()},
+                            weights_.flat().options()));
+  }
+  for (const at::Tensor& value : module_->Run(prefix_, row, frozen_)) {
     frontier_.push_back(at::empty({rows, value.size(1)}, value.options()));
   }
 }
 
-void TrainedNetwork::Load(int64_t first_row, const at::Tensor& inputs) {
+void TrainedNetwork::Load(int64_t first_row,
+                          absl::Span<const at::Tensor> inputs) {
   const c10::NoGradGuard no_grad;
-  const auto values = module_->Run(prefix_, {inputs}, frozen_);
+  const auto values = module_->Run(prefix_, inputs, frozen_);
   for (size_t i = 0; i < values.size(); ++i) {
     frontier_[i].narrow(0, first_row, values[i].size(0)).copy_(values[i]);
   }
 }
 
-at::Tensor TrainedNetwork::Forward(int64_t first_row, int64_t rows) const {
+std::vector<at::Tensor> TrainedNetwork::Forward(int64_t first_row,
+                                                int64_t rows) const {
   const c10::NoGradGuard no_grad;
+  return ForwardRange(/*shard=*/0, first_row, rows);
+}
+
+std::vector<at::Tensor> TrainedNetwork::ForwardRange(int shard,
+                                                     int64_t first_row,
+                                                     int64_t rows) const {
   std::vector<at::Tensor> given;
   for (const at::Tensor& value : frontier_) {
     given.push_back(value.narrow(0, first_row, rows));
   }
-  return module_->Run(plan_, given, shards_[0].parameters)[0];
+  return module_->Run(plan_, given, shards_[shard].parameters);
 }
 
-at::Tensor TrainedNetwork::Forward(int shard, const at::Tensor& rows) const {
+std::vector<at::Tensor> TrainedNetwork::Forward(int shard,
+                                                const at::Tensor& rows) const {
   std::vector<at::Tensor> given;
   for (const at::Tensor& value : frontier_) {
     given.push_back(value.index_select(0, rows));
   }
-  return module_->Run(plan_, given, shards_[shard].parameters)[0];
+  return module_->Run(plan_, given, shards_[shard].parameters);
 }
 
 void TrainedNetwork::Gradient(int shard, const at::Tensor& loss) {

@@ -1,4 +1,4 @@
-#include "learner/ppo/rank_pool.h"
+#include "learner/update/rank_pool.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "learner/ppo/normaliser.h"
+#include "learner/update/normaliser.h"
 
 #include <cmath>
 #include <cstdint>

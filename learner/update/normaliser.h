@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_NORMALISER_H_
-#define SINEW_LEARNER_PPO_NORMALISER_H_
+#ifndef SINEW_LEARNER_UPDATE_NORMALISER_H_
+#define SINEW_LEARNER_UPDATE_NORMALISER_H_
 
 #include <cstdint>
 #include <vector>
@@ -52,4 +52,4 @@ void InheritMoments(absl::Span<const float> mean,
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_NORMALISER_H_
+#endif  // SINEW_LEARNER_UPDATE_NORMALISER_H_

@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_TRAINED_NETWORK_H_
-#define SINEW_LEARNER_PPO_TRAINED_NETWORK_H_
+#ifndef SINEW_LEARNER_TORCH_TRAINED_NETWORK_H_
+#define SINEW_LEARNER_TORCH_TRAINED_NETWORK_H_
 
 #include <ATen/core/Tensor.h>
 #include <c10/core/Device.h>
@@ -20,8 +20,8 @@
 namespace sinew::learner {
 
 // One graph's trained parameters with their gradients and Adam's moments, and
-// its batch of frozen-frontier values (see GraphModule::FrozenFrontier). One
-// output: [rows, width].
+// its batch of frozen-frontier values (see GraphModule::FrozenFrontier).
+// Outputs are [rows, width] each, in the order of Options::outputs.
 //
 // Thread-safety: Load and Forward on any thread for disjoint rows; Parameters
 //   and Gradient by shard, one thread each; the rest alone. Ownership: owns
@@ -31,10 +31,10 @@ class TrainedNetwork {
  public:
   struct Options {
     std::string graph_name;
-    std::string input;   // the one data input that `output` depends on
-    std::string output;  // a node
+    std::vector<std::string> inputs;   // all that `outputs` depend on
+    std::vector<std::string> outputs;  // nodes
     // Trained parameters that the loss reads beside the graph.
-    std::vector<int> extra_parameters;
+    std::vector<int> extra_parameters = {};
     Precision precision = Precision::kFloat32;
     int shards = 1;
   };
@@ -53,14 +53,17 @@ class TrainedNetwork {
   const ParameterBuffer& weights() const { return weights_; }
 
   void Reserve(int64_t rows);
-  // Brings raw inputs [n, width] to the frontier, into rows from `first_row`.
-  void Load(int64_t first_row, const at::Tensor& inputs);
+  // Brings raw inputs, [n, width] each, to the frontier, into rows from
+  // `first_row`.
+  void Load(int64_t first_row, absl::Span<const at::Tensor> inputs);
 
-  // Output of consecutive rows, without gradients.
-  at::Tensor Forward(int64_t first_row, int64_t rows) const;
-  // Output of rows by number, differentiable in the shard's parameters if
-  // gradients are on.
-  at::Tensor Forward(int shard, const at::Tensor& rows) const;
+  // Outputs of consecutive rows, without gradients.
+  std::vector<at::Tensor> Forward(int64_t first_row, int64_t rows) const;
+  // Outputs of rows by number, and of consecutive ones, differentiable in the
+  // shard's parameters if gradients are on.
+  std::vector<at::Tensor> Forward(int shard, const at::Tensor& rows) const;
+  std::vector<at::Tensor> ForwardRange(int shard, int64_t first_row,
+                                       int64_t rows) const;
   // All parameters of the graph as the shard sees them.
   absl::Span<const at::Tensor> Parameters(int shard) const {
     return shards_[shard].parameters;
@@ -70,6 +73,8 @@ class TrainedNetwork {
 
   // Sums the shards in order (into the first); returns the norm.
   double SumGradients();
+  // That sum, until the next Gradient of shard 0.
+  const ParameterBuffer& gradient() const { return shards_[0].gradient; }
   void Step(double learning_rate, double gradient_scale);
 
   absl::Status LoadMoments(const TensorMap& tensors, int64_t steps);
@@ -88,8 +93,8 @@ class TrainedNetwork {
                  const std::vector<int>& trained, const at::Device& device);
 
   const std::unique_ptr<const GraphModule> module_;
-  GraphPlan prefix_;  // input -> frontier
-  GraphPlan plan_;    // frontier -> output
+  GraphPlan prefix_;  // inputs -> frontier
+  GraphPlan plan_;    // frontier -> outputs
   ParameterBuffer weights_, first_moment_, second_moment_;
   std::vector<at::Tensor> frozen_;  // of the whole graph, for prefix_
   std::vector<Shard> shards_;
@@ -99,4 +104,4 @@ class TrainedNetwork {
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_TRAINED_NETWORK_H_
+#endif  // SINEW_LEARNER_TORCH_TRAINED_NETWORK_H_

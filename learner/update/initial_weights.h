@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_PPO_INITIAL_WEIGHTS_H_
-#define SINEW_LEARNER_PPO_INITIAL_WEIGHTS_H_
+#ifndef SINEW_LEARNER_UPDATE_INITIAL_WEIGHTS_H_
+#define SINEW_LEARNER_UPDATE_INITIAL_WEIGHTS_H_
 
 #include <string>
 
@@ -37,4 +37,4 @@ absl::Status TakePrimitives(absl::Span<const Primitive> primitives,
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_PPO_INITIAL_WEIGHTS_H_
+#endif  // SINEW_LEARNER_UPDATE_INITIAL_WEIGHTS_H_

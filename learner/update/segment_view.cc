@@ -1,4 +1,4 @@
-#include "learner/ppo/segment_view.h"
+#include "learner/update/segment_view.h"
 
 #include <string>
 

@@ -1,0 +1,363 @@
+#include "learner/distillation/distillation_learner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
+#include "common/segment/segment_layout.h"
+#include "common/status_macros.h"
+#include "learner/distillation/distillation_networks.h"
+#include "learner/distillation/distillation_update.h"
+#include "learner/distillation/kl_weight.h"
+#include "learner/distillation/labels.h"
+#include "learner/distillation/student_networks.h"
+#include "learner/memory/memory.h"
+#include "learner/torch/runtime.h"
+#include "learner/update/initial_weights.h"
+#include "learner/update/normaliser.h"
+#include "learner/update/rank_pool.h"
+#include "learner/update/saved_tensors.h"
+
+namespace sinew::learner {
+namespace {
+
+constexpr char kSource[] = "training state";
+// Names of saved tensors.
+constexpr char kSumsMean[] = "normaliser_sums/mean";
+constexpr char kSumsSquares[] = "normaliser_sums/squares";
+constexpr char kFactors[] = "factors";  // std, learning rate
+
+// Rows that a normaliser taken over from another run counts for.
+constexpr double kInheritedRows = 131072;
+
+SequenceShape ShapeOf(const v1::Recipe& recipe,
+                      const DistillationLearner::Options& options) {
+  return {.steps = recipe.rollouts().horizon(),
+          .observation = options.observation_width,
+          .action = options.action_width};
+}
+
+// One segment, labelled.
+struct Prepared {
+  StateChunk chunk;
+  Moments moments;  // of its valid rows
+};
+
+class Distillation final : public DistillationLearner {
+ public:
+  Distillation(const v1::Recipe& recipe, const Options& options,
+               v1::PolicyGraph graph,
+               std::unique_ptr<DistillationNetworks> networks)
+      : recipe_(recipe),
+        annotator_(*options.annotator),
+        labels_{.layout = options.layout,
+                .shape = ShapeOf(recipe, options),
+                .action_scale = options.action_scale},
+        graph_(std::move(graph)),
+        networks_(std::move(networks)),
+        pool_(options.ranks, UseOneThread),
+        memory_(
+            {.seed = recipe.seed(),
+             .shape = labels_.shape,
+             .samples_per_insert = recipe.distillation().samples_per_insert(),
+             .recipe = recipe.distillation().memory()}),
+        moments_(options.observation_width) {}
+
+  absl::Status Prepare(absl::Span<const v1::Segment* const> segments) override;
+  absl::StatusOr<UpdateStatistics> Update(
+      absl::Span<const v1::Segment* const> segments,
+      int64_t iteration) override;
+
+  const v1::PolicyGraph& graph() const override { return graph_; }
+  TensorMap weights() const override { return networks_->SaveWeights(); }
+
+  TensorMap SaveTensors() const override {
+    TensorMap tensors = networks_->SaveWeights();
+    networks_->SaveOptimiser(tensors);
+    const int64_t width = static_cast<int64_t>(moments_.mean.size());
+    tensors[kSumsMean] = HostTensor::Float64({width}, moments_.mean);
+    tensors[kSumsSquares] = HostTensor::Float64({width}, moments_.squares);
+    tensors[kFactors] =
+        HostTensor::Float64({2}, {std_factor_, learning_rate_factor_});
+    return tensors;
+  }
+  void SaveCounters(v1::TrainingState& state) const override {
+    state.set_policy_optimiser_step(networks_->optimiser_steps());
+    state.set_learning_rate_factor(1);
+    state.set_normaliser_count(moments_.count);
+    memory_.Save(*state.mutable_memory());
+  }
+  std::vector<StateChunk> SaveChunks() const override {
+    return memory_.chunks();
+  }
+  absl::Status Load(const TensorMap& tensors, const v1::TrainingState& state,
+                    absl::Span<const StateChunk> chunks) override;
+
+  absl::Status InitFrom(const TensorMap& weights) override {
+    TensorMap own = networks_->SaveWeights();
+    SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
+    SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
+    InheritNormalisers(own, kInheritedRows, moments_);
+    return absl::OkStatus();
+  }
+
+  // There is no standard deviation to lower.
+  void SetFactors(double std_factor, double learning_rate_factor) override {
+    std_factor_ = std_factor;
+    learning_rate_factor_ = learning_rate_factor;
+  }
+
+ private:
+  bool IsPrepared(absl::Span<const v1::Segment* const> segments) const {
+    return !prepared_.empty() &&
+           prepared_for_ == std::vector<const v1::Segment*>(segments.begin(),
+                                                            segments.end());
+  }
+  // All valid rows in one call, which the annotator divides as it sees fit.
+  absl::StatusOr<std::vector<Prepared>> Label(
+      absl::Span<const v1::Segment* const> segments,
+      absl::Span<const SegmentView> views);
+
+  absl::Status ApplyNormaliser(const std::vector<Prepared>& prepared) {
+    for (const Prepared& one : prepared) MergeMoments(one.moments, moments_);
+    TensorMap weights = networks_->SaveWeights();
+    WriteNormalisers(moments_, weights);
+    return networks_->LoadWeights(weights);
+  }
+
+  double learning_rate() const {
+    return recipe_.distillation().learning_rate() * learning_rate_factor_;
+  }
+  DistillationSettings Settings() const {
+    const v1::Distillation& distillation = recipe_.distillation();
+    return {.seed = recipe_.seed(),
+            .shape = labels_.shape,
+            .minibatch = distillation.minibatch(),
+            .shards = distillation.shards(),
+            .learning_rate = learning_rate(),
+            .max_gradient_norm = distillation.max_gradient_norm(),
+            .kl_weight = KlWeight(distillation, memory_.inserted_rows()),
+            .continuity_weight = distillation.continuity_weight()};
+  }
+  UpdateStatistics Describe(
+      absl::Span<const v1::Segment* const> segments) const;
+  void Add(const MinibatchFigures& figures, double kl_weight,
+           UpdateStatistics& statistics) const;
+
+  const v1::Recipe recipe_;  // defaults filled
+  teacher::Annotator& annotator_;
+  const LabelOptions labels_;
+  const v1::PolicyGraph graph_;
+  const std::unique_ptr<DistillationNetworks> networks_;
+  RankPool pool_;
+  Memory memory_;
+  Moments moments_;  // of all valid rows so far
+  double std_factor_ = 1;
+  double learning_rate_factor_ = 1;  // by annealing
+  // Of the next update, and how long the teacher took.
+  std::vector<const v1::Segment*> prepared_for_;
+  std::vector<Prepared> prepared_;
+  double label_seconds_ = 0;
+};
+
+absl::Status Distillation::Prepare(
+    absl::Span<const v1::Segment* const> segments) {
+  prepared_.clear();
+  if (segments.empty()) {
+    return absl::InvalidArgumentError("segments: expected some, found none");
+  }
+  std::vector<SegmentView> views;
+  for (const v1::Segment* segment : segments) {
+    SINEW_ASSIGN_OR_RETURN(const SegmentView view,
+                           ViewForLabels(*segment, labels_));
+    views.push_back(view);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  SINEW_ASSIGN_OR_RETURN(prepared_, Label(segments, views));
+  label_seconds_ =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count();
+  prepared_for_.assign(segments.begin(), segments.end());
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<Prepared>> Distillation::Label(
+    absl::Span<const v1::Segment* const> segments,
+    absl::Span<const SegmentView> views) {
+  SINEW_ASSIGN_OR_RETURN(const std::vector<double> targets,
+                         AskTargets(segments, views, labels_, annotator_));
+  std::vector<absl::Span<const double>> parts;
+  absl::Span<const double> rest = targets;
+  for (const SegmentView& view : views) {
+    const size_t size = CountValid(view) * labels_.shape.action;
+    parts.push_back(rest.subspan(0, size));
+    rest.remove_prefix(size);
+  }
+  std::vector<Prepared> prepared(segments.size());
+  pool_.Run(static_cast<int>(segments.size()), [&](int i) {
+    prepared[i].chunk = MakeChunk(
+        LabelSegment(*segments[i], views[i], labels_, parts[i]), labels_.shape);
+    prepared[i].moments = Moments(labels_.shape.observation);
+    ComputeMoments(views[i].observation, views[i].valid, prepared[i].moments);
+  });
+  return prepared;
+}
+
+absl::StatusOr<UpdateStatistics> Distillation::Update(
+    absl::Span<const v1::Segment* const> segments, int64_t /*iteration*/) {
+  if (!IsPrepared(segments)) SINEW_RETURN_IF_ERROR(Prepare(segments));
+  const std::vector<Prepared> prepared = std::exchange(prepared_, {});
+  UpdateStatistics statistics = Describe(segments);
+  const DistillationSettings settings = Settings();
+  SINEW_RETURN_IF_ERROR(ApplyNormaliser(prepared));
+  for (size_t i = 0; i < segments.size(); ++i) {
+    memory_.Insert(segments[i]->order_id(), prepared[i].chunk);
+  }
+  SINEW_ASSIGN_OR_RETURN(const MinibatchFigures figures,
+                         RunMinibatches(settings, memory_, *networks_, pool_));
+  Add(figures, settings.kl_weight, statistics);
+  return statistics;
+}
+
+UpdateStatistics Distillation::Describe(
+    absl::Span<const v1::Segment* const> segments) const {
+  UpdateStatistics statistics;
+  statistics.reward_terms.resize(kNumRewardTerms);
+  for (const v1::Segment* segment : segments) {
+    const SegmentView view = *ViewForLabels(*segment, labels_);
+    for (int64_t i = 0; i < view.rows(); ++i) {
+      if (view.valid[i] == 0) continue;
+      ++statistics.samples;
+      statistics.reward_mean += view.reward[i];
+      statistics.body_distance_mean_m += view.body_distance[i];
+      for (int k = 0; k < kNumRewardTerms; ++k) {
+        statistics.reward_terms[k] +=
+            view.reward_terms[i * kNumRewardTerms + k];
+      }
+    }
+  }
+  const double count =
+      static_cast<double>(std::max<int64_t>(1, statistics.samples));
+  statistics.reward_mean /= count;
+  statistics.body_distance_mean_m /= count;
+  for (double& term : statistics.reward_terms) term /= count;
+  statistics.policy_learning_rate = learning_rate();
+  return statistics;
+}
+
+void Distillation::Add(const MinibatchFigures& figures, double kl_weight,
+                       UpdateStatistics& statistics) const {
+  statistics.policy_loss = figures.loss;
+  statistics.policy_gradient_norm = figures.gradient_norm;
+  statistics.non_finite = figures.non_finite;
+  statistics.flops = figures.flops;
+  DistillationFigures& distillation = statistics.distillation.emplace();
+  distillation.action_loss = figures.action;
+  distillation.action_error_rad = figures.action_error_rad;
+  distillation.latent_kl = figures.latent_kl;
+  distillation.continuity_loss = figures.continuity;
+  distillation.kl_weight = kl_weight;
+  distillation.memory_rows = memory_.rows();
+  distillation.labelled_rows = statistics.samples;
+  distillation.label_seconds = label_seconds_;
+}
+
+absl::Status Distillation::Load(const TensorMap& tensors,
+                                const v1::TrainingState& state,
+                                absl::Span<const StateChunk> chunks) {
+  SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
+  const std::vector<int64_t> width = {labels_.shape.observation};
+  SINEW_ASSIGN_OR_RETURN(const auto mean,
+                         SavedDoubles(tensors, kSumsMean, width));
+  SINEW_ASSIGN_OR_RETURN(const auto squares,
+                         SavedDoubles(tensors, kSumsSquares, width));
+  SINEW_ASSIGN_OR_RETURN(const auto factors,
+                         SavedDoubles(tensors, kFactors, {2}));
+  if (state.policy_optimiser_step() < 0 || !(state.normaliser_count() >= 0)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        kSource,
+        ": expected policy_optimiser_step and normaliser_count >= "
+        "0, found ",
+        state.policy_optimiser_step(), " and ", state.normaliser_count()));
+  }
+  SINEW_RETURN_IF_ERROR(memory_.Restore(state.memory(), chunks));
+  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
+  SINEW_RETURN_IF_ERROR(
+      networks_->LoadOptimiser(tensors, state.policy_optimiser_step()));
+  moments_.count = state.normaliser_count();
+  moments_.mean.assign(mean.begin(), mean.end());
+  moments_.squares.assign(squares.begin(), squares.end());
+  std_factor_ = factors[0];
+  learning_rate_factor_ = factors[1];
+  prepared_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status CheckOptions(const v1::Recipe& recipe,
+                          const DistillationLearner::Options& options) {
+  if (options.ranks < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("ranks: expected >= 1, found ", options.ranks));
+  }
+  if (!recipe.has_distillation() || options.annotator == nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "recipe field distillation: expected it and a teacher, found ",
+        recipe.has_distillation() ? "no teacher" : "none"));
+  }
+  const v1::DescribeTeacherResponse& teacher = options.annotator->description();
+  if (teacher.observation_width() != options.observation_width ||
+      teacher.action_width() != options.action_width) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "teacher ", teacher.bundle_sha256(), ": expected ",
+        options.observation_width, " observation and ", options.action_width,
+        " action columns, found ", teacher.observation_width(), " and ",
+        teacher.action_width()));
+  }
+  const int64_t horizon = recipe.rollouts().horizon();
+  const int64_t sequences = recipe.distillation().minibatch() / horizon;
+  if (recipe.distillation().minibatch() % horizon != 0 || sequences < 1 ||
+      sequences % recipe.distillation().shards() != 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "recipe field distillation.minibatch: expected a multiple of ",
+        recipe.distillation().shards(), " sequences of ", horizon,
+        " rows, found ", recipe.distillation().minibatch()));
+  }
+  return CheckLabelOptions({.layout = options.layout,
+                            .shape = ShapeOf(recipe, options),
+                            .action_scale = options.action_scale});
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DistillationLearner>>
+DistillationLearner::Create(const v1::Recipe& recipe, const Options& options) {
+  const v1::Recipe full = WithDefaults(recipe);
+  SINEW_RETURN_IF_ERROR(ValidateRecipe(full));
+  SINEW_RETURN_IF_ERROR(CheckOptions(full, options));
+  SINEW_ASSIGN_OR_RETURN(
+      Student student,
+      MakeStudent(full, options.observation_width,
+                  options.self_observation_width, options.action_width));
+  if (options.add_graphs) {
+    SINEW_RETURN_IF_ERROR(options.add_graphs(student.graph, student.weights));
+  }
+  const v1::Distillation& distillation = full.distillation();
+  SINEW_ASSIGN_OR_RETURN(
+      std::unique_ptr<DistillationNetworks> networks,
+      DistillationNetworks::Create(
+          student.graph, student.weights,
+          {.device = full.device(),
+           .shards = distillation.shards(),
+           .shard_rows = distillation.minibatch() / distillation.shards(),
+           .steps = full.rollouts().horizon(),
+           .form = distillation.form(),
+           .action_scale = options.action_scale}));
+  return std::make_unique<Distillation>(full, options, std::move(student.graph),
+                                        std::move(networks));
+}
+
+}  // namespace sinew::learner

@@ -1,0 +1,192 @@
+#include "learner/distillation/distillation_learner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/policy/safetensors.h"
+#include "common/testing/matchers.h"
+#include "learner/distillation/testing/distillation_rig.h"
+
+namespace sinew::learner {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::testing::Each;
+
+UpdateStatistics UpdateOnce(Learner& learner, int64_t iteration) {
+  const std::vector<v1::Segment> segments = MakeVisited(iteration);
+  auto statistics = learner.Update(SegmentPointers(segments), iteration);
+  EXPECT_THAT(statistics.status(), IsOk());
+  return statistics.ok() ? *statistics : UpdateStatistics();
+}
+
+// Mean action loss of the first update, and of the last of `updates`.
+struct Progress {
+  double first = 0, last = 0;
+};
+Progress Learn(const v1::Recipe& recipe, int updates) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(recipe, teacher);
+  Progress progress;
+  for (int i = 0; i < updates; ++i) {
+    progress.last = UpdateOnce(*learner, i).distillation->action_loss;
+    if (i == 0) progress.first = progress.last;
+  }
+  return progress;
+}
+
+TEST(DistillationLearner, LearnsWhatTheTeacherDoesThroughALatent) {
+  const Progress progress = Learn(
+      StudentRecipe("distillation { memory { rows: 1024 } "
+                    "kl_weight: 0 kl_weight_final: 0 continuity_weight: 0 } "
+                    "network { latent { log_variance_low: -9 "
+                    "log_variance_high: -3 } }"),
+      /*updates=*/80);
+
+  EXPECT_LT(progress.last, progress.first / 10);
+}
+
+TEST(DistillationLearner, LearnsWhatTheTeacherDoesWithoutALatent) {
+  const Progress progress =
+      Learn(PlainStudentRecipe("distillation { memory { rows: 1024 } }"), 80);
+
+  EXPECT_LT(progress.last, progress.first / 10);
+}
+
+TEST(DistillationLearner, LearnsFromThePrioritisedMemory) {
+  const Progress progress =
+      Learn(PlainStudentRecipe("distillation { memory { rows: 1024 selector: "
+                               "SELECTOR_PRIORITISED } }"),
+            80);
+
+  EXPECT_LT(progress.last, progress.first / 5);
+}
+
+TEST(DistillationLearner, HasTheSameBitsWhateverTheNumberOfRanks) {
+  for (const v1::Recipe& recipe :
+       {StudentRecipe(), PlainStudentRecipe(),
+        StudentRecipe("distillation { form: FORM_CODE "
+                      "memory { selector: SELECTOR_PRIORITISED } }")}) {
+    std::vector<std::string> bits;
+    for (const int ranks : {1, 2, 3}) {
+      SyntheticTeacher teacher;
+      const auto learner = MakeStudentLearner(recipe, teacher, ranks);
+      for (int i = 0; i < 3; ++i) UpdateOnce(*learner, i);
+      bits.push_back(Bits(*learner));
+    }
+    EXPECT_THAT(bits, Each(bits[0]));
+  }
+}
+
+TEST(DistillationLearner, GoesOnAfterALoadAsIfItHadNotStopped) {
+  const v1::Recipe recipe = StudentRecipe(
+      "distillation { memory { selector: SELECTOR_PRIORITISED } "
+      "kl_weight: 0.01 kl_anneal_end: 400 }");
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(recipe, teacher);
+  for (int i = 0; i < 2; ++i) UpdateOnce(*learner, i);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+
+  const auto resumed = MakeStudentLearner(recipe, teacher);
+  ASSERT_THAT(
+      resumed->Load(learner->SaveTensors(), state, learner->SaveChunks()),
+      IsOk());
+
+  EXPECT_EQ(Bits(*resumed), Bits(*learner));
+  for (Learner* one : {static_cast<Learner*>(learner.get()),
+                       static_cast<Learner*>(resumed.get())}) {
+    UpdateOnce(*one, 2);
+  }
+  EXPECT_EQ(Bits(*resumed), Bits(*learner));
+}
+
+TEST(DistillationLearner, GivesTheSameAfterAPrepareAsWithoutOne) {
+  SyntheticTeacher teacher;
+  const auto one = MakeStudentLearner(StudentRecipe(), teacher);
+  const auto two = MakeStudentLearner(StudentRecipe(), teacher);
+  const std::vector<v1::Segment> segments = MakeVisited(0);
+  const std::string before = Bits(*one);
+
+  ASSERT_THAT(one->Prepare(SegmentPointers(segments)), IsOk());
+  EXPECT_EQ(Bits(*one), before);
+  const int64_t asked = teacher.rows_seen;
+  ASSERT_THAT(one->Update(SegmentPointers(segments), 0).status(), IsOk());
+  EXPECT_EQ(teacher.rows_seen, asked);
+  ASSERT_THAT(two->Update(SegmentPointers(segments), 0).status(), IsOk());
+
+  EXPECT_EQ(Bits(*one), Bits(*two));
+}
+
+TEST(DistillationLearner, ShowsTheTeacherValidRowsAloneInOneCall) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(StudentRecipe(), teacher);
+
+  const UpdateStatistics statistics = UpdateOnce(*learner, 0);
+
+  EXPECT_EQ(teacher.rows_seen, statistics.samples);
+  EXPECT_LT(statistics.samples, 16 * kHorizon);
+  EXPECT_EQ(teacher.calls, 1);
+}
+
+TEST(DistillationLearner, SaysWhatAnUpdateDid) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(
+      StudentRecipe("distillation { kl_weight: 0.01 kl_weight_final: 0.001 "
+                    "kl_anneal_end: 256 }"),
+      teacher);
+
+  const UpdateStatistics first = UpdateOnce(*learner, 0);
+  const UpdateStatistics second = UpdateOnce(*learner, 1);
+
+  ASSERT_TRUE(first.distillation && second.distillation);
+  // 128 rows an iteration: the KL's weight is halfway down in the second.
+  EXPECT_DOUBLE_EQ(first.distillation->kl_weight, 0.01);
+  EXPECT_DOUBLE_EQ(second.distillation->kl_weight, 0.0055);
+  EXPECT_EQ(first.distillation->memory_rows, 128);
+  EXPECT_EQ(second.distillation->memory_rows, 256);
+  EXPECT_EQ(first.distillation->labelled_rows, first.samples);
+  EXPECT_GT(first.distillation->action_loss, 0);
+  EXPECT_GT(first.distillation->action_error_rad, 0);
+  EXPECT_GT(first.distillation->latent_kl, 0);
+  EXPECT_GT(first.distillation->continuity_loss, 0);
+  EXPECT_FLOAT_EQ(first.reward_mean, 0.5);
+  EXPECT_EQ(first.non_finite, 0);
+  EXPECT_GT(first.flops, 0);
+}
+
+TEST(DistillationLearner, PutsTheStatisticsOfItsRowsIntoTheNormalisers) {
+  SyntheticTeacher teacher;
+  for (const v1::Recipe& recipe : {StudentRecipe(), PlainStudentRecipe()}) {
+    const auto learner = MakeStudentLearner(recipe, teacher);
+    for (int i = 0; i < 4; ++i) UpdateOnce(*learner, i);
+
+    // Rows are of N(3, 2^2); about 480 of them.
+    for (const auto& [name, tensor] : learner->weights()) {
+      const bool is_mean = name.ends_with("/mean") && name[0] == 'n';
+      if (!is_mean && !name.ends_with("/inverse_std")) continue;
+      for (const float value : tensor.float32()) {
+        EXPECT_NEAR(value, is_mean ? 3 : 0.5, is_mean ? 0.4 : 0.08) << name;
+      }
+    }
+  }
+}
+
+TEST(DistillationLearner, BeginsWithTheWeightsOfAnother) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(StudentRecipe(), teacher);
+  UpdateOnce(*learner, 0);
+  const auto other = MakeStudentLearner(StudentRecipe("seed: 8"), teacher);
+
+  ASSERT_THAT(other->InitFrom(learner->weights()), IsOk());
+
+  EXPECT_EQ(SerializeSafetensors(other->weights()),
+            SerializeSafetensors(learner->weights()));
+}
+
+}  // namespace
+}  // namespace sinew::learner

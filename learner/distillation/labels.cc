@@ -1,0 +1,194 @@
+#include "learner/distillation/labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "common/segment/segment_layout.h"
+#include "common/status_macros.h"
+
+namespace sinew::learner {
+namespace {
+
+// A column that ViewSegment has checked. Protobuf's strings are aligned for any
+// number.
+absl::Span<const double> Doubles(const v1::Segment& segment,
+                                 absl::string_view name) {
+  const std::string& data = FindColumn(segment, name)->data();
+  return {reinterpret_cast<const double*>(data.data()),
+          data.size() / sizeof(double)};
+}
+
+absl::Status AtOrder(const v1::Segment& segment, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat("order ", segment.order_id(),
+                                                  ": ", status.message()));
+}
+
+// Valid rows, as the segment has them: one step's environments after another's.
+std::vector<int64_t> ValidRows(const SegmentView& view) {
+  std::vector<int64_t> rows;
+  for (int64_t row = 0; row < view.rows(); ++row) {
+    if (view.valid[row] != 0) rows.push_back(row);
+  }
+  return rows;
+}
+
+// Appends the rows of a column of that width.
+template <typename T>
+void Append(absl::Span<const T> column, int64_t width,
+            absl::Span<const int64_t> rows, std::vector<T>& into) {
+  for (const int64_t row : rows) {
+    const auto values = column.subspan(row * width, width);
+    into.insert(into.end(), values.begin(), values.end());
+  }
+}
+
+// All targets of these segments' valid rows are finite.
+absl::Status CheckTargets(absl::Span<const v1::Segment* const> segments,
+                          absl::Span<const SegmentView> views, int64_t actions,
+                          const std::string& teacher,
+                          absl::Span<const double> targets) {
+  size_t i = 0;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    for (const int64_t row : ValidRows(views[s])) {
+      for (int64_t joint = 0; joint < actions; ++joint, ++i) {
+        if (std::isfinite(targets[i])) continue;
+        return AtOrder(
+            *segments[s],
+            absl::InternalError(absl::StrCat(
+                "teacher ", teacher, ": row ", row, ", joint ", joint,
+                ": expected a finite target, found ", targets[i])));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Row t of environment e goes on from row t - 1.
+bool IsLinked(const SegmentView& view, int64_t t, int64_t e) {
+  if (t == 0) return false;
+  const int64_t row = t * view.environments + e;
+  const int64_t before = row - view.environments;
+  return view.valid[row] != 0 && view.valid[before] != 0 &&
+         view.terminated[before] == 0 && view.truncated[before] == 0;
+}
+
+}  // namespace
+
+absl::Status CheckLabelOptions(const LabelOptions& options) {
+  for (const absl::string_view name : {column::kTeacherBase, column::kBase}) {
+    const auto& columns = options.layout.columns();
+    const auto found =
+        std::find_if(columns.begin(), columns.end(),
+                     [&](const auto& one) { return one.name() == name; });
+    if (found != columns.end() && found->dtype() == v1::DATA_TYPE_FLOAT64 &&
+        found->lead() == v1::SegmentLayout::LEAD_STEP &&
+        found->shape_size() == 1 && found->shape(0) == options.shape.action) {
+      continue;
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat("segment layout: expected a column ", name, " [T, E, ",
+                     options.shape.action, "] float64, found ",
+                     found == columns.end() ? "none" : "another"));
+  }
+  const int64_t scales = static_cast<int64_t>(options.action_scale.size());
+  if (scales != options.shape.action) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("action_scale: expected ", options.shape.action,
+                     " numbers, one per joint, found ", scales));
+  }
+  for (const double scale : options.action_scale) {
+    if (scale > 0 && std::isfinite(scale)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("action_scale: expected > 0, found ", scale));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
+                                          const LabelOptions& options) {
+  SINEW_ASSIGN_OR_RETURN(const SegmentView view,
+                         ViewSegment(segment, options.layout));
+  if (view.steps == options.shape.steps) return view;
+  return AtOrder(segment,
+                 absl::InvalidArgumentError(absl::StrCat(
+                     "expected rollouts.horizon = ", options.shape.steps,
+                     " steps, found ", view.steps)));
+}
+
+int64_t CountValid(const SegmentView& view) {
+  return std::count_if(view.valid.begin(), view.valid.end(),
+                       [](uint8_t valid) { return valid != 0; });
+}
+
+absl::StatusOr<std::vector<double>> AskTargets(
+    absl::Span<const v1::Segment* const> segments,
+    absl::Span<const SegmentView> views, const LabelOptions& options,
+    teacher::Annotator& annotator) {
+  const SequenceShape& shape = options.shape;
+  std::vector<float> observations;
+  std::vector<double> bases;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    const std::vector<int64_t> rows = ValidRows(views[s]);
+    Append(views[s].observation, shape.observation, rows, observations);
+    Append(Doubles(*segments[s], column::kTeacherBase), shape.action, rows,
+           bases);
+  }
+  // An answer that leaves numbers out is none.
+  std::vector<double> targets(bases.size(),
+                              std::numeric_limits<double>::quiet_NaN());
+  if (targets.empty()) return targets;
+  const absl::Status asked = annotator.Annotate(
+      {.observations = observations, .bases = bases}, absl::MakeSpan(targets));
+  if (!asked.ok()) {
+    return absl::Status(
+        asked.code(),
+        absl::StrCat("labels of orders ", segments.front()->order_id(), " to ",
+                     segments.back()->order_id(), ": ", asked.message()));
+  }
+  SINEW_RETURN_IF_ERROR(CheckTargets(segments, views, shape.action,
+                                     annotator.description().bundle_sha256(),
+                                     targets));
+  return targets;
+}
+
+LabelledSequences LabelSegment(const v1::Segment& segment,
+                               const SegmentView& view,
+                               const LabelOptions& options,
+                               absl::Span<const double> targets) {
+  const SequenceShape& shape = options.shape;
+  const absl::Span<const double> base = Doubles(segment, column::kBase);
+  LabelledSequences result;
+  result.order_id = segment.order_id();
+  result.observation.resize(view.rows() * shape.observation);
+  result.label.resize(view.rows() * shape.action);
+  result.valid.resize(view.rows());
+  result.linked.resize(view.rows());
+  int64_t answer = 0;
+  for (int64_t row = 0; row < view.rows(); ++row) {
+    const int64_t t = row / view.environments;
+    const int64_t e = row % view.environments;
+    const int64_t place = e * shape.steps + t;
+    const auto seen =
+        view.observation.subspan(row * shape.observation, shape.observation);
+    std::copy(seen.begin(), seen.end(),
+              result.observation.begin() + place * shape.observation);
+    result.linked[place] = IsLinked(view, t, e) ? 1.0F : 0.0F;
+    if (view.valid[row] == 0) continue;
+    result.valid[place] = 1;
+    for (int64_t a = 0; a < shape.action; ++a) {
+      result.label[place * shape.action + a] = static_cast<float>(
+          (targets[answer * shape.action + a] - base[row * shape.action + a]) /
+          options.action_scale[a]);
+    }
+    ++answer;
+  }
+  return result;
+}
+
+}  // namespace sinew::learner

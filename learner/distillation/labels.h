@@ -1,0 +1,61 @@
+#ifndef SINEW_LEARNER_DISTILLATION_LABELS_H_
+#define SINEW_LEARNER_DISTILLATION_LABELS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "learner/memory/memory_chunk.h"
+#include "learner/update/segment_view.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "teacher/client/annotator.h"
+
+namespace sinew::learner {
+
+// What turns segments into labelled sequences.
+struct LabelOptions {
+  // Of segments; with columns "teacher_base" and "base", [T, E, A] float64, rad
+  // (common/segment/segment_layout.h).
+  v1::SegmentLayout layout;
+  SequenceShape shape;
+  // The student's action law, [A]: radians per unit of action.
+  std::vector<double> action_scale;
+};
+
+// INVALID_ARGUMENT if layout or scales do not fit: names what, expected and
+// found.
+absl::Status CheckLabelOptions(const LabelOptions& options);
+
+// One segment, checked against the layout: horizon T. INVALID_ARGUMENT.
+absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
+                                          const LabelOptions& options);
+
+// Asks the teacher for the targets of all valid rows of these segments, in one
+// call: [rows, A] rad, segment after segment, in each one step's environments
+// after another's. Rows that are not valid are not shown to the teacher.
+//
+// Blocking: as the annotator's. Errors: the annotator's, with the orders;
+// INTERNAL for targets that are not finite, with teacher, order and row.
+absl::StatusOr<std::vector<double>> AskTargets(
+    absl::Span<const v1::Segment* const> segments,
+    absl::Span<const SegmentView> views, const LabelOptions& options,
+    teacher::Annotator& annotator);
+
+// Rows of a segment that AskTargets asks for.
+int64_t CountValid(const SegmentView& view);
+
+// One segment with its targets [CountValid, A] in the student's units:
+//
+//   label = (target - base) / scale
+//
+// Pure.
+LabelledSequences LabelSegment(const v1::Segment& segment,
+                               const SegmentView& view,
+                               const LabelOptions& options,
+                               absl::Span<const double> targets);
+
+}  // namespace sinew::learner
+
+#endif  // SINEW_LEARNER_DISTILLATION_LABELS_H_

@@ -1,0 +1,168 @@
+// Students of a teacher, by the real program: from one bundle to another.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <string>
+
+#include "absl/time/time.h"
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "tests/testing/training_rig.h"
+
+namespace sinew::tests {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kMisused = 2;
+
+// Of a run with a teacher; without a bottleneck.
+TrainingRig::Arguments Taught(const std::string& teacher,
+                              const TrainingRig::Arguments& more = {}) {
+  TrainingRig::Arguments arguments = {
+      "--set", "task.action.placement=absolute",
+      "--set", "distillation.minibatch=32",
+      "--set", "distillation.samples_per_insert=2",
+      "--set", "distillation.memory.rows=128"};
+  if (!teacher.empty()) {
+    arguments.insert(arguments.end(), {"--teacher", teacher});
+  }
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+const TrainingRig::Arguments& Latent() {
+  static const auto& arguments =
+      *new TrainingRig::Arguments({"--set", "network.latent.width=3", "--set",
+                                   "network.latent.encoder_hidden=8", "--set",
+                                   "network.latent.prior_hidden=8", "--set",
+                                   "network.latent.decoder_hidden=8", "--set",
+                                   "distillation.memory.selector=prioritised"});
+  return arguments;
+}
+
+// A run of two iterations; its bundle.
+std::string MakeTeacher(const TrainingRig& rig,
+                        const std::string& name = "teacher",
+                        const TrainingRig::Arguments& more = {}) {
+  rig.MustRun(name, rig.Train(name, 2, more));
+  return JoinPath(rig.Path(name), "bundle");
+}
+
+std::string FingerprintOf(const TrainingRig& rig, const std::string& run) {
+  return Fingerprint(LatestState(JoinPath(rig.Path(run), "checkpoints")));
+}
+
+// Lets a run go on until it has so many rows, and kills it then.
+void KillAfter(const TrainingRig& rig, const TrainingRig::Arguments& arguments,
+               const std::string& run, int rows) {
+  const auto process = rig.Start(run, arguments);
+  rig.AwaitRows(*process, run, rows);
+  process->Signal(SIGKILL);
+  ASSERT_TRUE(process->Wait(absl::Minutes(1)).ok());
+}
+
+TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  const auto begun = Taught(teacher, Latent());
+  rig.MustRun("straight", rig.Train("straight", 6, begun));
+
+  KillAfter(rig, rig.Train("killed", 0, begun), "killed", 1);
+  KillAfter(rig, rig.Train("killed", 0, begun), "killed", 4);
+  rig.MustRun("rest", rig.Train("killed", 6, begun));
+
+  // The second kill may have come after iteration 6; then there is nothing left
+  // to train and the states are of different iterations.
+  if (rig.Rows("killed") > 6) {
+    rig.MustRun("further", rig.Train("straight", rig.Rows("killed"), begun));
+  }
+  EXPECT_EQ(FingerprintOf(rig, "killed"), FingerprintOf(rig, "straight"));
+}
+
+TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+
+  rig.MustRun("run", rig.Train("run", 2, Taught(teacher, Latent())));
+
+  const std::string folder = JoinPath(rig.Path("run"), "bundle");
+  const auto bundle = bundle::ReadBundle(folder);
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(bundle->manifest.latent_width(), 3);
+  const auto& sources = bundle->manifest.provenance().sources();
+  ASSERT_EQ(sources.size(), 1);
+  EXPECT_EQ(sources[0].role(), "teacher");
+  const auto of_teacher = bundle::ReadBundle(teacher);
+  ASSERT_THAT(of_teacher, IsOk());
+  EXPECT_EQ(sources[0].manifest_sha256(),
+            of_teacher->manifest.manifest_sha256());
+  rig.MustRun("verify", {"verify", folder, "--skip-onnx"});
+  const auto metrics = ReadFile(JoinPath(rig.Path("run"), "metrics.jsonl"));
+  ASSERT_THAT(metrics, IsOk());
+  EXPECT_THAT(*metrics, AllOf(HasSubstr("\"distillation\":{\"action_loss\""),
+                              HasSubstr("\"latent_kl\"")));
+}
+
+TEST(DistillationTest, TrainsAStudentWithoutABottleneck) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+
+  rig.MustRun("run", rig.Train("run", 2, Taught(teacher)));
+
+  rig.MustRun("verify",
+              {"verify", JoinPath(rig.Path("run"), "bundle"), "--skip-onnx"});
+}
+
+TEST(DistillationTest, TakesTeacherAndRecipeTogetherOrNeither) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+
+  EXPECT_EQ(rig.Run("lacks", rig.Train("lacks", 1, Taught(""))).code, kMisused);
+  EXPECT_EQ(rig.Run("has", rig.Train("has", 1, {"--teacher", teacher})).code,
+            kMisused);
+
+  EXPECT_THAT(rig.Output("lacks"),
+              AllOf(HasSubstr("--teacher"), HasSubstr("found none")));
+  EXPECT_THAT(rig.Output("has"),
+              AllOf(HasSubstr("--teacher"), HasSubstr("has no distillation")));
+}
+
+TEST(DistillationTest, RefusesATeacherThatDoesNotFit) {
+  const TrainingRig rig;
+  const std::string sees_more = MakeTeacher(
+      rig, "sees_more", {"--set", "task.observation.frames_ahead=[1,2]"});
+  const std::string acts_otherwise =
+      MakeTeacher(rig, "acts_otherwise", {"--set", "task.action.scale=0.3"});
+
+  EXPECT_EQ(rig.Run("one", rig.Train("one", 1, Taught(sees_more))).code,
+            kMisused);
+  EXPECT_EQ(rig.Run("two", rig.Train("two", 1, Taught(acts_otherwise))).code,
+            kMisused);
+
+  EXPECT_THAT(rig.Output("one"),
+              AllOf(HasSubstr(sees_more), HasSubstr("observation")));
+  EXPECT_THAT(rig.Output("two"),
+              AllOf(HasSubstr(acts_otherwise), HasSubstr("teacher_action")));
+}
+
+TEST(DistillationTest, GoesOnWithItsOwnTeacherAlone) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  const std::string other = MakeTeacher(rig, "other", {"--seed", "4"});
+  rig.MustRun("begin", rig.Train("run", 1, Taught(teacher)));
+
+  EXPECT_FALSE(rig.Run("another", rig.Train("run", 2, Taught(other))).ok());
+
+  EXPECT_THAT(rig.Output("another"),
+              AllOf(HasSubstr("--teacher"), HasSubstr("manifest_sha256")));
+  rig.MustRun("rest", rig.Train("run", 2, Taught(teacher)));
+}
+
+}  // namespace
+}  // namespace sinew::tests

@@ -1,0 +1,97 @@
+#include "tools/training/run_sources.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/files.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/run_export.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// A toy world with a bundle in it, and a run's folder.
+struct Fixture {
+  Fixture() {
+    EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
+                IsOk());
+    EXPECT_THAT(MakeDirectories(run), IsOk());
+  }
+
+  std::optional<RunTeacher> Teacher(const std::string& sha256) const {
+    std::optional<RunTeacher> teacher(std::in_place);
+    teacher->source.mutable_bundle()->set_role("teacher");
+    teacher->source.mutable_bundle()->set_manifest_sha256(sha256);
+    return teacher;
+  }
+  absl::Status Save(const std::vector<v1::RunInputs::Source>& sources) const {
+    return bundle::SaveRunInputs(run,
+                                 JoinPath(toy.folder, "character.textproto"),
+                                 *toy.library, sources);
+  }
+
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  const std::string bundle = JoinPath(toy.folder, "bundle");
+  const std::string run = JoinPath(toy.folder, "run");
+};
+
+TEST(RunSources, AreTheBundlesThatARunBeginsWithThenItsTeacher) {
+  const Fixture f;
+
+  const auto sources =
+      RunSources(f.run, /*resumed=*/false, {.init = f.bundle, .primitives = {}},
+                 f.Teacher("expert"));
+
+  ASSERT_THAT(sources, IsOk());
+  ASSERT_EQ(sources->size(), 2u);
+  const auto read = bundle::ReadBundle(f.bundle);
+  ASSERT_THAT(read, IsOk());
+  EXPECT_EQ((*sources)[0].bundle().role(), "init");
+  EXPECT_EQ((*sources)[0].bundle().manifest_sha256(),
+            read->manifest.manifest_sha256());
+  EXPECT_EQ((*sources)[0].clips_size(),
+            read->manifest.provenance().clips_size());
+  EXPECT_EQ((*sources)[1].bundle().manifest_sha256(), "expert");
+}
+
+TEST(RunSources, StayAsTheyWereWhenARunIsResumed) {
+  const Fixture f;
+  const auto begun =
+      RunSources(f.run, /*resumed=*/false, {.init = f.bundle, .primitives = {}},
+                 f.Teacher("expert"));
+  ASSERT_THAT(begun, IsOk());
+  ASSERT_THAT(f.Save(*begun), IsOk());
+
+  const auto sources =
+      RunSources(f.run, /*resumed=*/true, {}, f.Teacher("expert"));
+
+  ASSERT_THAT(sources, IsOk());
+  ASSERT_EQ(sources->size(), 2u);
+  EXPECT_EQ((*sources)[0].bundle().role(), "init");
+}
+
+TEST(RunSources, RefuseAnotherTeacherThanBefore) {
+  const Fixture f;
+  ASSERT_THAT(f.Save({f.Teacher("expert")->source}), IsOk());
+
+  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, {}, f.Teacher("novice")),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("--teacher"), HasSubstr("expert"),
+                             HasSubstr("novice"))));
+}
+
+}  // namespace
+}  // namespace sinew::tools

@@ -1,0 +1,62 @@
+#ifndef SINEW_TOOLS_TRAINING_RUN_TEACHER_H_
+#define SINEW_TOOLS_TRAINING_RUN_TEACHER_H_
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "common/policy/safetensors.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
+#include "proto/sinew/v1/graph.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/run.pb.h"
+#include "teacher/client/annotator.h"
+#include "tools/training/task_setup.h"
+
+namespace sinew::tools {
+
+// Who labels what a distillation's student sees (--teacher).
+struct RunTeacher {
+  std::unique_ptr<teacher::Annotator> annotator;
+  // What the run's bundles say of it. Of a teacher elsewhere the digest alone.
+  v1::RunInputs::Source source;
+  // Adds its policy to a student's graphs, for episodes in which it acts; empty
+  // where the bundle is elsewhere.
+  std::function<absl::Status(v1::PolicyGraph&, TensorMap&)> add_graph;
+};
+
+struct RunTeacherOptions {
+  // One bundle's folder: it answers in this process. Or addresses of
+  // `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
+  std::vector<std::string> teachers;
+  int threads = 1;  // in this process
+  rpc::Security security = {};
+  StopToken stop = {};
+};
+
+// Unset where the recipe (defaults filled) has no distillation and there are no
+// teachers. Checks that the teacher is of the task's character, observes what
+// the student observes, and places its targets as distillation.teacher_action
+// says.
+//
+// Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
+// Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;
+// something that does not fit, with bundle or peer, field, expected and found;
+// those of ReadBundle; UNAVAILABLE for peers that do not answer.
+absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
+    const RunTeacherOptions& options, const v1::Recipe& recipe,
+    const TaskSetup& setup);
+
+// The check, for a description that `name` gave.
+absl::Status CheckTeacher(const std::string& name,
+                          const v1::DescribeTeacherResponse& teacher,
+                          const v1::Recipe& recipe, const TaskSetup& setup);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_RUN_TEACHER_H_

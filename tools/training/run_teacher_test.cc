@@ -1,0 +1,94 @@
+#include "tools/training/run_teacher.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "common/testing/matchers.h"
+#include "proto/sinew/v1/teacher.pb.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// A run and a teacher that fit each other.
+struct Fitting {
+  Fitting() {
+    recipe.mutable_task()->mutable_observation()->add_frames_ahead(1);
+    v1::Action& action =
+        *recipe.mutable_distillation()->mutable_teacher_action();
+    action.set_scale(0.2);
+    setup.character_sha256 = "body";
+    setup.observation_width = 5;
+    setup.action_width = 2;
+    teacher.set_character_sha256("body");
+    teacher.set_observation_width(5);
+    teacher.set_action_width(2);
+    *teacher.mutable_observation() = recipe.task().observation();
+    *teacher.mutable_action() = action;
+  }
+
+  absl::Status Check() const {
+    return CheckTeacher("bundles/expert", teacher, recipe, setup);
+  }
+
+  v1::Recipe recipe;
+  TaskSetup setup;
+  v1::DescribeTeacherResponse teacher;
+};
+
+TEST(RunTeacher, TakesATeacherThatFits) {
+  EXPECT_THAT(Fitting().Check(), IsOk());
+}
+
+TEST(RunTeacher, NamesTheFieldThatDoesNotFitAndBothValues) {
+  using Edit = std::function<void(v1::DescribeTeacherResponse&)>;
+  const std::pair<Edit, std::string> cases[] = {
+      {[](auto& teacher) { teacher.set_character_sha256("another"); },
+       "character_sha256: expected body, found another"},
+      {[](auto& teacher) { teacher.set_observation_width(6); },
+       "observation_width: expected 5, found 6"},
+      {[](auto& teacher) { teacher.set_action_width(3); },
+       "action_width: expected 2, found 3"},
+      {[](auto& teacher) {
+         teacher.mutable_observation()->set_frames_ahead(0, 4);
+       },
+       "observation: expected the recipe's"},
+      {[](auto& teacher) { teacher.mutable_action()->set_scale(0.5); },
+       "distillation.teacher_action"}};
+  for (const auto& [edit, message] : cases) {
+    Fitting run;
+    edit(run.teacher);
+
+    EXPECT_THAT(run.Check(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                      AllOf(HasSubstr("bundles/expert"),
+                                            HasSubstr(message))));
+  }
+}
+
+TEST(RunTeacher, IsThereWhereTheRecipeHasDistillationAndOnlyThere) {
+  Fitting run;
+  EXPECT_THAT(OpenTeacher({.teachers = {}}, run.recipe, run.setup).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("--teacher: expected a bundle")));
+  run.recipe.clear_distillation();
+  EXPECT_THAT(
+      OpenTeacher({.teachers = {"bundles/expert"}}, run.recipe, run.setup)
+          .status(),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("--teacher: expected none")));
+
+  const auto none = OpenTeacher({.teachers = {}}, run.recipe, run.setup);
+  ASSERT_THAT(none.status(), IsOk());
+  EXPECT_FALSE(none->has_value());
+}
+
+}  // namespace
+}  // namespace sinew::tools

@@ -1,0 +1,28 @@
+#ifndef SINEW_TOOLS_TRAINING_SAME_MESSAGE_H_
+#define SINEW_TOOLS_TRAINING_SAME_MESSAGE_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "google/protobuf/message.h"
+
+namespace sinew::tools {
+
+// Refusals of bundles that do not fit a run. Pure functions; INVALID_ARGUMENT.
+
+// "FIELD: expected EXPECTED, found FOUND".
+absl::Status Unfit(absl::string_view field, absl::string_view expected,
+                   absl::string_view found);
+
+// Whether both are equal; `expected` is the recipe's.
+absl::Status SameMessage(absl::string_view field,
+                         const google::protobuf::Message& expected,
+                         const google::protobuf::Message& found);
+
+// Puts a bundle's folder or a peer before an error of its content.
+absl::Status In(absl::string_view source, const absl::Status& status);
+
+}  // namespace sinew::tools
+
+#endif  // SINEW_TOOLS_TRAINING_SAME_MESSAGE_H_
