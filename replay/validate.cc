@@ -6,9 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/digest.h"
+#include "common/finite.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
-#include "replay/finite.h"
 
 namespace sinew::replay {
 namespace {

@@ -123,7 +123,8 @@ EvaluationSummary SummariseEvaluation(
     absl::Span<const v1::EvaluationResult> results,
     const std::vector<bool>& left_out) {
   EvaluationSummary summary;
-  Set overall, successful, training, others;
+  Set overall, successful;
+  Set training, training_successful, others, others_successful;
   const Results sorted = Sorted(results);
   size_t begin = 0;
   while (begin < sorted.size()) {
@@ -140,14 +141,20 @@ EvaluationSummary SummariseEvaluation(
     const auto index = static_cast<size_t>(clip.clip);
     clip.left_out = index < left_out.size() && left_out[index];
     overall.Add(clip.success, of_clip);
-    if (clip.success) successful.Add(true, of_clip);
     (clip.left_out ? others : training).Add(clip.success, of_clip);
+    if (clip.success) {
+      successful.Add(true, of_clip);
+      (clip.left_out ? others_successful : training_successful)
+          .Add(true, of_clip);
+    }
     begin = end;
   }
   summary.overall = overall.Finish();
   summary.successful = successful.Finish();
   summary.training = training.Finish();
   summary.left_out = others.Finish();
+  summary.training_successful = training_successful.Finish();
+  summary.left_out_successful = others_successful.Finish();
   return summary;
 }
 

@@ -51,6 +51,10 @@ struct EvaluationSummary {
   SetSummary successful;           // of the clips that succeeded
   SetSummary training;             // of the clips that are trained on
   SetSummary left_out;             // of the others
+  // Of each of these two, the clips that succeeded: what the papers' errors are
+  // means over.
+  SetSummary training_successful;
+  SetSummary left_out_successful;
   std::vector<ClipSummary> clips;  // in clip order; those with results
 };
 

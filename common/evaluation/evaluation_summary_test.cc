@@ -73,6 +73,9 @@ TEST(EvaluationSummary, SumsUpTrainingAndLeftOutClipsApart) {
   EXPECT_EQ(summary.left_out.clips, 2);
   EXPECT_DOUBLE_EQ(summary.left_out.success_rate, 0.5);
   EXPECT_DOUBLE_EQ(summary.left_out.survived_share, 0.75);
+  EXPECT_EQ(summary.training_successful.clips, 1);
+  EXPECT_EQ(summary.left_out_successful.clips, 1);
+  EXPECT_DOUBLE_EQ(summary.left_out_successful.means.e_g_mpjpe_mm, 30);
   EXPECT_FALSE(summary.clips[0].left_out);
   EXPECT_TRUE(summary.clips[2].left_out);
 }

@@ -34,7 +34,7 @@ using Labels = std::map<std::string, std::string>;
 class Registry {
  public:
   struct Info {
-    // "actor", "replay", "learner" or "checkpoint".
+    // "actor", "replay", "learner", "teacher" or "checkpoint".
     std::string role;
     // Digest of the sources, as actors register it.
     std::string build;

@@ -5,6 +5,8 @@
 #include <sys/types.h>
 
 #include <csignal>
+#include <cstddef>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,14 +16,19 @@
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "learner/trainer/trainer.h"
 #include "tests/testing/training_rig.h"
+#include "tools/training/procedure_record.h"
 
 namespace sinew::tests {
 namespace {
 
 using ::sinew::testing::IsOk;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 
 // Evaluations ask for more than anybody can do, so that there is a hard set
 // whatever is learned, and primitives are grown until there are two.
@@ -31,10 +38,12 @@ const std::vector<std::string> kStages = {
     "stages/04_recovery",    "stages/05_composer"};
 
 // Iterations of 64 samples.
-constexpr int kFull = 4, kOthers = 2, kLong = 8;
+constexpr int kFull = 4, kOthers = 2, kLong = 8, kLongest = 16;
 
+// `set`: more assignments, which win.
 TrainingRig::Arguments Train(const TrainingRig& rig, const std::string& run,
-                             int iterations = 0) {
+                             int iterations = 0,
+                             const std::vector<std::string>& set = {}) {
   TrainingRig::Arguments more;
   for (const std::string& assignment :
        {absl::StrCat("procedure.full_samples=", 64 * kFull),
@@ -48,22 +57,51 @@ TrainingRig::Arguments Train(const TrainingRig& rig, const std::string& run,
         std::string("evaluation.max_mean_body_distance=1e-6")}) {
     more.insert(more.end(), {"--set", assignment});
   }
+  for (const std::string& assignment : set) {
+    more.insert(more.end(), {"--set", assignment});
+  }
   return rig.Train(run, iterations, more);
+}
+
+// Every stage long enough to be hit before its end.
+std::vector<std::string> LongStages() {
+  std::vector<std::string> set;
+  for (const char* stage : {"full", "hard", "recovery", "composer"}) {
+    set.push_back(
+        absl::StrCat("procedure.", stage, "_samples=", 64 * kLongest));
+  }
+  return set;
+}
+
+learner::Trainer::State StateOf(const TrainingRig& rig, const std::string& run,
+                                const std::string& stage) {
+  return LatestState(JoinPath(JoinPath(rig.Path(run), stage), "checkpoints"));
 }
 
 // Of what a procedure leaves: the state of each stage, and the weights that it
 // came to.
-std::vector<std::string> Fingerprints(const TrainingRig& rig,
-                                      const std::string& run) {
+std::vector<std::string> Fingerprints(
+    const TrainingRig& rig, const std::string& run,
+    const std::vector<std::string>& stages = kStages) {
   std::vector<std::string> all;
-  for (const std::string& stage : kStages) {
-    all.push_back(Fingerprint(
-        LatestState(JoinPath(JoinPath(rig.Path(run), stage), "checkpoints"))));
+  for (const std::string& stage : stages) {
+    all.push_back(Fingerprint(StateOf(rig, run, stage)));
   }
   const auto bundle = bundle::ReadBundle(JoinPath(rig.Path(run), "bundle"));
   EXPECT_THAT(bundle, IsOk());
   all.push_back(bundle.ok() ? SerializeSafetensors(bundle->weights) : run);
   return all;
+}
+
+// Clips that a stage's starts are drawn from.
+std::set<int> ClipsDrawn(const TrainingRig& rig, const std::string& run,
+                         const std::string& stage) {
+  std::set<int> drawn;
+  const learner::Trainer::State state = StateOf(rig, run, stage);
+  for (const auto& bin : state.counters.curriculum().bins()) {
+    if (bin.probability() > 0) drawn.insert(bin.clip());
+  }
+  return drawn;
 }
 
 TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
@@ -88,50 +126,85 @@ TEST(ProcedureTest, EndsWithTheSameBitsHoweverItIsStoppedOrKilled) {
 
 TEST(ProcedureTest, EndsWithTheSameBitsIfItIsKilledInEveryStage) {
   const TrainingRig rig;
-  rig.MustRun("straight", Train(rig, "straight"));
+  const std::vector<std::string> longer = LongStages();
+  rig.MustRun("straight", Train(rig, "straight", 0, longer));
 
   for (const std::string& stage : kStages) {
     const std::string name = absl::StrCat("killed_in_", stage.substr(7, 2));
-    const auto process = rig.Start(name, Train(rig, "cut"));
-    rig.AwaitRows(*process, JoinPath("cut", stage), 1);
+    const std::string run = JoinPath("cut", stage);
+    const auto process = rig.Start(name, Train(rig, "cut", 0, longer));
+    rig.AwaitRows(*process, run, 1);
     process->Signal(SIGKILL);
     ASSERT_THAT(process->Wait(absl::Minutes(1)), IsOk());
+    // Within the stage, not after it.
+    ASSERT_LT(rig.Rows(run), kLongest) << stage;
   }
-  rig.MustRun("last", Train(rig, "cut"));
+  rig.MustRun("last", Train(rig, "cut", 0, longer));
 
   EXPECT_EQ(Fingerprints(rig, "cut"), Fingerprints(rig, "straight"));
 }
 
-TEST(ProcedureTest, EndsWithTheSameBitsIfAnActorIsKilled) {
+TEST(ProcedureTest, EndsWithTheSameBitsIfItsActorsAreKilledInEveryStage) {
   const TrainingRig rig;
-  // The first stage alone, and some of the next.
-  const int iterations = kFull + 1;
-  rig.MustRun("straight", Train(rig, "straight", iterations));
+  const std::vector<std::string> longer = LongStages();
+  rig.MustRun("straight", Train(rig, "straight", 0, longer));
 
-  const auto process = rig.Start("cut", Train(rig, "cut", iterations));
-  rig.AwaitRows(*process, JoinPath("cut", kStages[0]), 1);
-  for (const pid_t actor : ChildrenOf(process->pid())) kill(actor, SIGKILL);
+  const auto process = rig.Start("cut", Train(rig, "cut", 0, longer));
+  for (const std::string& stage : kStages) {
+    const std::string run = JoinPath("cut", stage);
+    rig.AwaitRows(*process, run, 1);
+    const std::vector<pid_t> actors = ChildrenOf(process->pid());
+    for (const pid_t actor : actors) kill(actor, SIGKILL);
+    // The stage has something left to ask of them.
+    ASSERT_LT(rig.Rows(run), kLongest) << stage;
+    ASSERT_THAT(actors, Not(IsEmpty())) << stage;
+  }
   const auto end = process->Wait(absl::Minutes(1));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("cut");
-  for (const std::string& stage : {kStages[0], kStages[1]}) {
-    const std::string states = JoinPath(stage, "checkpoints");
-    EXPECT_EQ(Fingerprint(LatestState(JoinPath(rig.Path("cut"), states))),
-              Fingerprint(LatestState(JoinPath(rig.Path("straight"), states))));
+  EXPECT_EQ(Fingerprints(rig, "cut"), Fingerprints(rig, "straight"));
+}
+
+TEST(ProcedureTest, LearnsOnThePartOfTheClipsThatIsHard) {
+  const TrainingRig rig;
+  // Any policy stands through "sway" and half a second of "turn"; none flies
+  // like "tumble". So there is nothing to grow another primitive for.
+  const std::vector<std::string> feasible = {
+      "evaluation.max_mean_body_distance=0.4", "procedure.learnable_share=1"};
+  const std::vector<std::string> stages = {
+      "stages/00_primitive_0", "stages/01_primitive_0_hard",
+      "stages/02_recovery", "stages/03_composer"};
+  rig.MustRun("straight", Train(rig, "straight", 0, feasible));
+
+  const auto record = tools::ParseProcedure(
+      ReadFile(rig.Path("straight/procedure.json")).value_or(""),
+      "procedure.json");
+  ASSERT_THAT(record, IsOk());
+  ASSERT_EQ(record->stages.size(), stages.size());
+  EXPECT_THAT(record->stages[1].decision.next->clips, ElementsAre("tumble"));
+  ASSERT_TRUE(record->end);
+  EXPECT_THAT(record->end->evidence.hard, ElementsAre("tumble"));
+  for (size_t i = 0; i < stages.size(); ++i) {
+    EXPECT_EQ(record->stages[i].directory, stages[i]);
+    const std::set<int> all = {0, 1, 2}, hard = {2};
+    EXPECT_EQ(ClipsDrawn(rig, "straight", stages[i]), i == 1 ? hard : all)
+        << stages[i];
   }
+
+  // In the midst of the stage on the hard set.
+  rig.MustRun("first", Train(rig, "cut", kFull + 1, feasible));
+  rig.MustRun("last", Train(rig, "cut", 0, feasible));
+
+  EXPECT_EQ(Fingerprints(rig, "cut", stages),
+            Fingerprints(rig, "straight", stages));
 }
 
 TEST(ProcedureTest, EndsAStageAtItsPlateau) {
   const TrainingRig rig;
-  TrainingRig::Arguments train = Train(rig, "run", kLong);
-  for (const std::string& assignment :
-       {absl::StrCat("procedure.full_samples=", 64 * kLong),
-        std::string("plateau.evaluations=1"), std::string("plateau.gain=1"),
-        std::string("evaluation.interval=1")}) {
-    train.insert(train.end(), {"--set", assignment});
-  }
-
-  rig.MustRun("run", train);
+  rig.MustRun("run", Train(rig, "run", kLong,
+                           {absl::StrCat("procedure.full_samples=", 64 * kLong),
+                            "plateau.evaluations=1", "plateau.gain=1",
+                            "evaluation.interval=1"}));
 
   const auto record = ReadFile(rig.Path("run/procedure.json"));
   ASSERT_THAT(record, IsOk());

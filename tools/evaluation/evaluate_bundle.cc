@@ -7,6 +7,7 @@
 #include "common/status_macros.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/evaluation_json.h"
+#include "tools/evaluation/rejected_clips.h"
 
 namespace sinew::evaluation {
 
@@ -31,12 +32,15 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
   const EvaluationSource source = {
       .bundle = bundle,
       .manifest_sha256 = loaded.manifest.manifest_sha256(),
-      .motions = motions};
+      .motions = motions,
+      .rejected_clips = RejectedClips(
+          motions, loaded.subject.library().manifest().clips_size())};
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       out, EvaluationJson(loaded.subject, options, source, evaluation)));
   return EvaluationFigures{.policy = std::move(evaluation.policy),
                            .zero_action = std::move(evaluation.zero_action),
-                           .fallen = fallen};
+                           .fallen = fallen,
+                           .rejected_clips = source.rejected_clips};
 }
 
 }  // namespace sinew::evaluation

@@ -17,6 +17,8 @@ struct EvaluationFigures {
   EvaluationSummary policy;
   EvaluationSummary zero_action;
   std::optional<FallenEvaluation> fallen;  // EvaluationOptions::fallen
+  // That the library's import turned away; unset: unknown.
+  std::optional<int> rejected_clips;
 };
 
 // What `sinew eval` does, and `sinew train` at its end: evaluates the policy of

@@ -39,6 +39,26 @@ Json SetObject(const SetSummary& set) {
   return object;
 }
 
+// The papers' table: a set, the same of its clips that succeeded, which errors
+// are published of, and the zero action.
+Json SplitObject(const SetSummary& set, const SetSummary& successful,
+                 const SetSummary& zero_action) {
+  Json object = SetObject(set);
+  object["successful"] = SetObject(successful);
+  object["zero_action"] = SetObject(zero_action);
+  return object;
+}
+
+Json ImportedObject(const SetSummary& overall, int rejected) {
+  const int clips = overall.clips + rejected;
+  return {
+      {"clips", clips},
+      {"rejected_clips", rejected},
+      {"succeeded_clips", overall.succeeded_clips},
+      {"success_rate",
+       clips > 0 ? static_cast<double>(overall.succeeded_clips) / clips : 0.0}};
+}
+
 Json ClipObject(const ClipSummary& clip) {
   Json object = {{"success", clip.success},
                  {"starts", clip.starts},
@@ -123,6 +143,11 @@ Json Definitions(const Subject& subject) {
       {"failed_at_frame", "earliest failure, counted from its start; -1: none"},
       {"frames", "compared, over all starts; errors are means over them"},
       {"zero_action", "the same task with action 0: targets are the reference"},
+      {"successful",
+       "of the clips that succeed: what papers publish errors of"},
+      {"imported",
+       "every clip that was imported; those that the import turned away count "
+       "as failed"},
       {"profile", "body_mm over the clip: evenly spaced bins of its frames"},
       {"fallen",
        "starts on the floor, of a seed that no recipe trains on: recovered are "
@@ -157,8 +182,15 @@ std::string EvaluationJson(const Subject& subject,
                  {"character", library.manifest().character()}}},
                {"definitions", Definitions(subject)}};
   if (evaluation.policy.left_out.clips > 0) {
-    file["training"] = SetObject(evaluation.policy.training);
-    file["left_out"] = SetObject(evaluation.policy.left_out);
+    const EvaluationSummary& policy = evaluation.policy;
+    file["training"] = SplitObject(policy.training, policy.training_successful,
+                                   evaluation.zero_action.training);
+    file["left_out"] = SplitObject(policy.left_out, policy.left_out_successful,
+                                   evaluation.zero_action.left_out);
+  }
+  if (source.rejected_clips) {
+    file["imported"] =
+        ImportedObject(evaluation.policy.overall, *source.rejected_clips);
   }
   if (evaluation.fallen) file["fallen"] = FallenObject(*evaluation.fallen);
   const world::Randomisation& random = subject.assets->task().randomisation();

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_EVALUATION_EVALUATION_JSON_H_
 #define SINEW_TOOLS_EVALUATION_EVALUATION_JSON_H_
 
+#include <optional>
 #include <string>
 
 #include "tools/evaluation/evaluation.h"
@@ -13,6 +14,8 @@ struct EvaluationSource {
   std::string bundle;           // folder; empty: the zero action alone
   std::string manifest_sha256;  // of the bundle's manifest.json
   std::string motions;          // library folder
+  // Clips that the library's import turned away (rejected_clips.h).
+  std::optional<int> rejected_clips = std::nullopt;
 };
 
 // The file that `sinew eval` writes: JSON, two spaces, ends with a newline.
@@ -24,7 +27,11 @@ struct EvaluationSource {
 //             Errors are null where no frame was compared.
 //   training, left_out
 //             the same of the clips that are trained on and of those that are
-//             left out; only where some are (their clips have `left_out`).
+//             left out, each with `successful` and `zero_action`; only where
+//             some are left out (their clips have `left_out`).
+//   imported  clips, rejected_clips, succeeded_clips, success_rate over all
+//             that was imported: what the import turned away has failed. Only
+//             where the library's folder says how many these are.
 //   clips     per clip: name, success, starts, succeeded_starts, frames,
 //             failed_at_frame, the four errors, body_mm, `zero_action` with
 //             the same fields, and for the first clips `profile`: error of

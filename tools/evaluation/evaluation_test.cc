@@ -143,8 +143,34 @@ TEST(Evaluation, WritesLeftOutClipsApartWhereThereAreAny) {
 
   evaluation->policy.left_out = evaluation->policy.overall;
 
-  EXPECT_EQ(write()["training"]["clips"], 3);
-  EXPECT_EQ(write()["left_out"]["starts"], 3);
+  const Json split = write();
+  EXPECT_EQ(split["training"]["clips"], 3);
+  EXPECT_EQ(split["training"]["successful"]["clips"],
+            split["successful"]["clips"]);
+  EXPECT_EQ(split["training"]["zero_action"]["clips"], 3);
+  EXPECT_EQ(split["left_out"]["starts"], 3);
+}
+
+TEST(Evaluation, CountsWhatTheImportTurnedAwayAsFailed) {
+  const Subject subject = RandomSubject();
+  const EvaluationOptions options = {.starts = 1, .seconds = 0.5};
+  const auto evaluation = Evaluate(subject, options, StopToken());
+  ASSERT_THAT(evaluation, IsOk());
+  EXPECT_FALSE(Json::parse(EvaluationJson(subject, options, {}, *evaluation))
+                   .contains("imported"));
+
+  const Json imported = Json::parse(EvaluationJson(subject, options,
+                                                   {.bundle = "b",
+                                                    .manifest_sha256 = "m",
+                                                    .motions = "l",
+                                                    .rejected_clips = 2},
+                                                   *evaluation))["imported"];
+
+  const int succeeded = evaluation->policy.overall.succeeded_clips;
+  EXPECT_EQ(imported["clips"], 5);
+  EXPECT_EQ(imported["rejected_clips"], 2);
+  EXPECT_EQ(imported["succeeded_clips"], succeeded);
+  EXPECT_DOUBLE_EQ(imported["success_rate"], succeeded / 5.0);
 }
 
 TEST(Evaluation, TellsWhichClipsAreLeftOut) {

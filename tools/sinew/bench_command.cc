@@ -22,6 +22,7 @@
 #include "tools/bench/actor_figures.h"
 #include "tools/bench/actor_memory.h"
 #include "tools/bench/learner_figures.h"
+#include "tools/bench/teacher_figures.h"
 #include "tools/bench/transport_figures.h"
 #include "tools/sinew/resources.h"
 
@@ -199,6 +200,27 @@ absl::StatusOr<Json> TransportSection(const actor::RolloutAssets& assets,
               {"core_share", figures.core_share}};
 }
 
+// The recipe's policy as a teacher.
+absl::StatusOr<Json> TeacherSection(const actor::RolloutAssets& assets) {
+  bench::TeacherOptions options;
+  options.observation_width = assets.task().observation_width();
+  options.action_width = assets.task().action_width();
+  options.network = assets.recipe().network();
+  SINEW_ASSIGN_OR_RETURN(const bench::TeacherFigures figures,
+                         bench::MeasureTeacher(options));
+  absl::FPrintF(stderr,
+                "teacher: %.3f of the executor's %.0f rows/s; one row %.2f ms, "
+                "99th percentile %.2f ms\n",
+                figures.throughput_ratio, figures.executor_rows_per_s,
+                figures.latency_p50_ms, figures.latency_p99_ms);
+  return Json{
+      {"throughput_ratio", figures.throughput_ratio},
+      {"rows_per_s", figures.rows_per_s},
+      {"executor_rows_per_s", figures.executor_rows_per_s},
+      {"latency_ms",
+       {{"p50", figures.latency_p50_ms}, {"p99", figures.latency_p99_ms}}}};
+}
+
 absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
   SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe,
@@ -237,6 +259,8 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
       TransportSection(*assets,
                        result["actor"]["two_threads"]["rollout_mj_steps_per_s"]
                            .get<double>()));
+  if (stop.stop_requested()) return absl::CancelledError("bench stopped");
+  SINEW_ASSIGN_OR_RETURN(result["teacher"], TeacherSection(*assets));
   return WriteFileAtomically(options.out, result.dump(2) + "\n");
 }
 

@@ -4,12 +4,19 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "common/cpu.h"
+#include "common/evaluation/evaluation_summary.h"
+#include "common/files.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/evaluation/fallen_figures.h"
+#include "tools/evaluation/figures_table.h"
 
 namespace sinew::tools {
 namespace {
@@ -22,6 +29,7 @@ struct EvalOptions {
   int starts = 32;
   int threads = 0;  // 0: all cores
   std::optional<int> fallen;
+  std::vector<std::string> table;  // NAME=FILE
 };
 
 void Print(const char* who, const SetSummary& set) {
@@ -42,7 +50,43 @@ void PrintFallen(const evaluation::FallenEvaluation& fallen) {
       100 * fallen.zero_action.recovered_5_s);
 }
 
+void PrintImported(const SetSummary& overall, int rejected) {
+  const int clips = overall.clips + rejected;
+  absl::PrintF(
+      "%-12s %d of %d clips (%.1f %%); %d that the import turned away count as "
+      "failed\n",
+      "imported", overall.succeeded_clips, clips,
+      clips > 0 ? 100.0 * overall.succeeded_clips / clips : 0.0, rejected);
+}
+
+absl::Status PrintTable(const std::vector<std::string>& files) {
+  std::vector<evaluation::TableRow> rows;
+  for (const std::string& one : files) {
+    const std::pair<std::string, std::string> parts =
+        absl::StrSplit(one, absl::MaxSplits('=', 1));
+    if (parts.second.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--table: expected NAME=FILE, found ", one));
+    }
+    SINEW_ASSIGN_OR_RETURN(std::string json, ReadFile(parts.second));
+    rows.push_back(
+        {.name = parts.first, .file = parts.second, .json = std::move(json)});
+  }
+  SINEW_ASSIGN_OR_RETURN(const std::string table,
+                         evaluation::FiguresTable(rows));
+  absl::PrintF("%s", table);
+  return absl::OkStatus();
+}
+
 absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
+  if (!options.table.empty()) return PrintTable(options.table);
+  for (const auto& [flag, value] : {std::pair("--bundle", options.bundle),
+                                    std::pair("--motions", options.motions),
+                                    std::pair("--out", options.out)}) {
+    if (!value.empty()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag, ": expected a value (or --table alone), found none"));
+  }
   SINEW_ASSIGN_OR_RETURN(
       const evaluation::EvaluationFigures figures,
       evaluation::EvaluateBundle(
@@ -53,7 +97,15 @@ absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
            .fallen = options.fallen},
           stop));
   Print("policy", figures.policy.overall);
+  if (figures.policy.left_out.clips > 0) {
+    Print("trained on", figures.policy.training);
+    Print("left out", figures.policy.left_out);
+  }
+  Print("successful", figures.policy.successful);
   Print("zero action", figures.zero_action.overall);
+  if (figures.rejected_clips) {
+    PrintImported(figures.policy.overall, *figures.rejected_clips);
+  }
   if (figures.fallen) PrintFallen(*figures.fallen);
   return absl::OkStatus();
 }
@@ -63,10 +115,11 @@ absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
 void AddEvalCommand(CLI::App& app, Action& action) {
   auto options = std::make_shared<EvalOptions>();
   auto* command = AddSubcommand<EvalOptions>(
-      app, "eval", "the papers' metrics of a bundle", options, action, RunEval);
-  command->add_option("--bundle", options->bundle, "folder")->required();
-  command->add_option("--motions", options->motions, "library")->required();
-  command->add_option("--out", options->out, "JSON file")->required();
+      app, "eval", "the papers' metrics of a bundle, or a table of some",
+      options, action, RunEval);
+  command->add_option("--bundle", options->bundle, "folder");
+  command->add_option("--motions", options->motions, "library");
+  command->add_option("--out", options->out, "JSON file");
   command->add_option("--seconds", options->seconds,
                       "that looping clips run on (default 10)");
   command->add_option("--starts", options->starts,
@@ -75,6 +128,9 @@ void AddEvalCommand(CLI::App& app, Action& action) {
                       "so many starts on the floor as well, 1 to 1024 (256 is "
                       "the usual figure)");
   command->add_option("--threads", options->threads, "default: all cores");
+  command->add_option("--table", options->table,
+                      "nothing is evaluated: prints a table of such JSON "
+                      "files, NAME=FILE each");
 }
 
 }  // namespace sinew::tools

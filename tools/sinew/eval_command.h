@@ -5,7 +5,8 @@
 
 namespace sinew::tools {
 
-// `sinew eval`: the papers' metrics of a bundle on a motion library.
+// `sinew eval`: the papers' metrics of a bundle on a motion library; or, with
+// --table NAME=FILE ..., what several of them found as one table in Markdown.
 void AddEvalCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

@@ -18,6 +18,8 @@
 #include "learner/state/newest_state.h"
 #include "learner/state/state_store.h"
 #include "proto/sinew/v1/run.pb.h"
+#include "tools/training/compact_state.h"
+#include "tools/training/shown_folder.h"
 
 namespace sinew::tools {
 namespace {
@@ -25,6 +27,7 @@ namespace {
 struct ExportOptions {
   std::string run;
   std::string out;
+  std::string state;
   bool best = false;
 };
 
@@ -93,13 +96,34 @@ absl::Status ExportBest(const ExportOptions& options,
                            options.out);
 }
 
-absl::Status RunExport(const ExportOptions& options, const StopToken& stop) {
+absl::Status CheckOptions(const ExportOptions& options) {
+  if (options.out.empty() == options.state.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--out, --state: expected one of them, found ",
+                     options.out.empty() ? "none" : "both"));
+  }
+  if (options.best && !options.state.empty()) {
+    return absl::InvalidArgumentError(
+        "--best: expected --out, found --state, which is of the newest state");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckOptions(asked));
+  ExportOptions options = asked;
+  SINEW_ASSIGN_OR_RETURN(options.run, FolderToExport(asked.run));
   const std::string folder = JoinPath(options.run, "checkpoints");
   if (!FileExists(folder)) {
     return absl::NotFoundError(absl::StrCat(
         options.run, ": expected a run directory, found no checkpoints/"));
   }
   const SystemClock clock;
+  if (!options.state.empty()) {
+    SINEW_RETURN_IF_ERROR(WriteCompactState(folder, options.state, clock));
+    absl::PrintF("%s\n", options.state);
+    return absl::OkStatus();
+  }
   SINEW_ASSIGN_OR_RETURN(
       const auto store,
       checkpoint::OpenStore(folder, checkpoint::StoreAccess::kRead,
@@ -115,9 +139,13 @@ absl::Status RunExport(const ExportOptions& options, const StopToken& stop) {
 void AddExportCommand(CLI::App& app, Action& action) {
   auto options = std::make_shared<ExportOptions>();
   auto* command = AddSubcommand<ExportOptions>(
-      app, "export", "a bundle from a run", options, action, RunExport);
+      app, "export", "a bundle from a run, or a compact state", options, action,
+      RunExport);
   command->add_option("--run", options->run, "run directory")->required();
-  command->add_option("--out", options->out, "bundle folder")->required();
+  command->add_option("--out", options->out, "bundle folder");
+  command->add_option("--state", options->state,
+                      "instead: a new folder with what another machine needs "
+                      "to train on (sinew train --continue)");
   command->add_flag("--best", options->best,
                     "the best evaluated policy instead of the newest state");
 }

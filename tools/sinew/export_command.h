@@ -6,7 +6,11 @@
 namespace sinew::tools {
 
 // `sinew export --run RUN --out BUNDLE [--best]`: a bundle from a run directory
-// alone: of its newest saved state, or of the best evaluated policy.
+// alone: of its newest saved state, or of the best evaluated policy. Of a
+// procedure that is over: the same of the stage that it came to.
+//
+// `sinew export --run RUN --state FOLDER`: what another machine needs to train
+// on (tools/training/compact_state.h).
 void AddExportCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

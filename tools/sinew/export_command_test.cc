@@ -1,5 +1,6 @@
 #include "tools/sinew/export_command.h"
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -18,10 +19,12 @@
 #include "deploy/checkpoint/open_store.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "learner/procedure/procedure.h"
 #include "learner/state/state_store.h"
 #include "learner/trainer/trainer.h"
 #include "proto/sinew/v1/run.pb.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/training/procedure_record.h"
 
 namespace sinew::tools {
 namespace {
@@ -87,12 +90,14 @@ class ExportCommand : public ::testing::Test {
         IsOk());
     ASSERT_THAT(store->SetAlias("best", record.id()), IsOk());
   }
-  absl::Status Export(const std::string& flags = "") const {
+  absl::Status Export(const std::string& flags = "",
+                      const std::string& run = "") const {
     CLI::App app;
     app.require_subcommand(1);
     Action action;
     AddExportCommand(app, action);
-    app.parse(absl::StrCat("export --run ", run_, " --out ", Out(), flags));
+    app.parse(absl::StrCat("export --run ", run.empty() ? run_ : run, " --out ",
+                           Out(), flags));
     return action(StopToken());
   }
   std::string Out() const { return JoinPath(toy_.folder, "exported"); }
@@ -141,6 +146,55 @@ TEST_F(ExportCommand, RefusesTheBestPolicyOfAnotherLibrary) {
                                  "found one of old assets")));
   EXPECT_FALSE(FileExists(Out()));
   EXPECT_THAT(Export(), IsOk());
+}
+
+TEST_F(ExportCommand, MakesABundleOfTheStageThatAProcedureCameTo) {
+  SaveState(Snapshot(0.2));
+  // The run becomes the only stage of a procedure.
+  const std::string procedure = JoinPath(toy_.folder, "procedure");
+  ASSERT_THAT(MakeDirectories(JoinPath(procedure, "stages")), IsOk());
+  ProcedureRecord record;
+  record.stages.emplace_back();
+  record.stages[0].directory = "stages/00_primitive_0";
+  record.stages[0].decision.next = learner::Stage();
+  std::filesystem::rename(run_,
+                          JoinPath(procedure, record.stages[0].directory));
+  const std::string file = JoinPath(procedure, "procedure.json");
+  ASSERT_THAT(WriteFileAtomically(file, PrintProcedure(record)), IsOk());
+
+  EXPECT_THAT(
+      Export("", procedure),
+      StatusIs(
+          absl::StatusCode::kFailedPrecondition,
+          HasSubstr("--run " + JoinPath(procedure, "stages/00_primitive_0"))));
+  EXPECT_FALSE(FileExists(Out()));
+  record.stages[0].finished = learner::FinishedStage();
+  record.end = learner::Decision();
+  ASSERT_THAT(WriteFileAtomically(file, PrintProcedure(record)), IsOk());
+  ASSERT_THAT(Export("", procedure), IsOk());
+
+  const auto bundle = bundle::ReadBundle(Out());
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(bundle->manifest.provenance().snapshot_sha256(),
+            Sha256Hex(Snapshot(0.2)));
+}
+
+TEST_F(ExportCommand, WritesABundleOrAState) {
+  const auto run = [&](const std::string& flags) {
+    CLI::App app;
+    app.require_subcommand(1);
+    Action action;
+    AddExportCommand(app, action);
+    app.parse(absl::StrCat("export --run ", run_, flags));
+    return action(StopToken());
+  };
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+  EXPECT_THAT(run(""), StatusIs(kInvalid, HasSubstr("found none")));
+  EXPECT_THAT(run(" --out a --state b"),
+              StatusIs(kInvalid, HasSubstr("found both")));
+  EXPECT_THAT(run(" --state b --best"),
+              StatusIs(kInvalid, HasSubstr("--best")));
 }
 
 TEST_F(ExportCommand, NamesWhatIsMissing) {

@@ -10,6 +10,7 @@
 #include "grpc/grpc.h"
 #include "tools/sinew/actor_command.h"
 #include "tools/sinew/bench_command.h"
+#include "tools/sinew/card_command.h"
 #include "tools/sinew/checkpoint_command.h"
 #include "tools/sinew/command.h"
 #include "tools/sinew/curriculum_command.h"
@@ -22,6 +23,8 @@
 #include "tools/sinew/render_command.h"
 #include "tools/sinew/replay_command.h"
 #include "tools/sinew/report_command.h"
+#include "tools/sinew/sample_command.h"
+#include "tools/sinew/teacher_command.h"
 #include "tools/sinew/train_command.h"
 #include "tools/sinew/verify_command.h"
 
@@ -43,6 +46,7 @@ int main(int argc, char** argv) {
   Action action;
   AddActorCommand(app, action);
   AddBenchCommand(app, action);
+  AddCardCommand(app, action);
   AddCheckpointCommand(app, action);
   AddCurriculumCommand(app, action);
   AddEvalCommand(app, action);
@@ -54,6 +58,8 @@ int main(int argc, char** argv) {
   AddRenderCommand(app, action);
   AddReplayCommand(app, action);
   AddReportCommand(app, action);
+  AddSampleCommand(app, action);
+  AddTeacherCommand(app, action);
   AddTrainCommand(app, action);
   AddVerifyCommand(app, action);
   try {

@@ -24,6 +24,9 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                      "bundle whose weights a new run begins with");
   command.add_option("--primitives", flags.primitives,
                      "bundles that the composer of a new run weighs, in order");
+  command.add_option("--continue", flags.continue_from,
+                     "compact state (sinew export --state) that a new run goes "
+                     "on from");
   command.add_option("--teacher", flags.teachers,
                      "who labels a distillation: a bundle, or addresses of "
                      "`sinew teacher`");
@@ -47,6 +50,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.directory = flags.run;
   options.init = flags.init;
   options.primitives = flags.primitives;
+  options.continue_from = flags.continue_from;
   options.teachers = flags.teachers;
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;

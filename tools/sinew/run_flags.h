@@ -24,6 +24,7 @@ struct RunFlags {
   int threads = 0;  // 0: AvailableCpus
   std::string init;
   std::vector<std::string> primitives;
+  std::string continue_from;
   std::vector<std::string> teachers;
   bool migrate_library = false;
   std::vector<std::string> set;

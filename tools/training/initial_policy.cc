@@ -63,6 +63,21 @@ absl::Status CheckObservation(const bundle::Bundle& bundle,
   return absl::OkStatus();
 }
 
+// Whether the bundle's policy means the same by what it sees and does.
+absl::Status CheckTask(const bundle::Bundle& bundle, const v1::Recipe& recipe,
+                       const TaskSetup& setup) {
+  SINEW_RETURN_IF_ERROR(CheckCharacter(bundle.manifest, setup));
+  SINEW_RETURN_IF_ERROR(CheckObservation(bundle, recipe, setup));
+  SINEW_RETURN_IF_ERROR(
+      SameMessage("action", recipe.task().action(),
+                  bundle::TaskRecipe(bundle.manifest).task().action()));
+  if (bundle.manifest.control_hz() != recipe.physics().control_hz()) {
+    return Unfit("control_hz", absl::StrCat(recipe.physics().control_hz()),
+                 absl::StrCat(bundle.manifest.control_hz()));
+  }
+  return absl::OkStatus();
+}
+
 std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
   for (const v1::Parameter& parameter : graph.parameters()) {
     if (parameter.name() != name) continue;
@@ -110,15 +125,7 @@ absl::Status CheckPrimitive(const bundle::Bundle& bundle,
   if (IsComposer(bundle.graph)) {
     return Unfit("graph policy", "a policy of one network", "a composer");
   }
-  SINEW_RETURN_IF_ERROR(CheckCharacter(bundle.manifest, setup));
-  SINEW_RETURN_IF_ERROR(CheckObservation(bundle, recipe, setup));
-  SINEW_RETURN_IF_ERROR(
-      SameMessage("action", recipe.task().action(),
-                  bundle::TaskRecipe(bundle.manifest).task().action()));
-  if (bundle.manifest.control_hz() != recipe.physics().control_hz()) {
-    return Unfit("control_hz", absl::StrCat(recipe.physics().control_hz()),
-                 absl::StrCat(bundle.manifest.control_hz()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckTask(bundle, recipe, setup));
   policy::TrackingPolicyOptions options;
   options.observation_width = setup.observation_width;
   options.action_width = setup.action_width;
@@ -134,8 +141,7 @@ absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
   const std::string& directory = policy.init;
   SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                          bundle::ReadBundle(directory));
-  SINEW_RETURN_IF_ERROR(In(directory, CheckCharacter(bundle.manifest, setup)));
-  SINEW_RETURN_IF_ERROR(In(directory, CheckObservation(bundle, recipe, setup)));
+  SINEW_RETURN_IF_ERROR(In(directory, CheckTask(bundle, recipe, setup)));
   SINEW_RETURN_IF_ERROR(
       In(directory, SameNetwork(learner.graph(), bundle.graph)));
   TensorMap weights = bundle.weights;

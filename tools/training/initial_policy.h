@@ -35,8 +35,8 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
 
 // Puts the bundles' weights into the learner, made for this recipe (defaults
 // filled) and task. Every bundle must be of the same character, joints in the
-// same order, and observe the same; a primitive must also act by the same law,
-// at the same control rate, with the network that the recipe describes
+// same order, observe the same, and act by the same law at the same control
+// rate; a primitive must also have the network that the recipe describes
 // (policy_hidden, activation, observation_clip), and be no composer; `init` has
 // the network of the run. A recipe with a composer needs as many primitives as
 // it says, or `init`.

@@ -223,6 +223,41 @@ TEST(InitialPolicy, RefusesABundleOfAnotherCharacterOrObservation) {
                                        HasSubstr("observation: expected"))));
 }
 
+TEST(InitialPolicy, RefusesAnInitThatActsByAnotherLawOrAtAnotherRate) {
+  struct Case {
+    std::string name;
+    std::function<void(v1::Recipe&)> edit;
+    std::string field;
+  };
+  const std::vector<Case> cases = {
+      {"init_action",
+       [](v1::Recipe& r) {
+         r.mutable_task()->mutable_action()->set_scale(0.7);
+       },
+       "action: expected the recipe's"},
+      {"init_rate",
+       [](v1::Recipe& r) { r.mutable_physics()->set_control_hz(60); },
+       "control_hz: expected 30, found 60"},
+  };
+  for (const v1::Recipe& recipe : {SmallRecipe(), ComposerRecipe()}) {
+    const NewRun run(recipe);
+    const TensorMap before = run.learner->weights();
+    for (const Case& one : cases) {
+      const std::string bad = WriteToy(one.name, [&](v1::Recipe& r) {
+        *r.mutable_network() = recipe.network();
+        one.edit(r);
+      });
+
+      EXPECT_THAT(
+          run.Begin({.init = bad, .primitives = {}}),
+          StatusIs(kInvalid, AllOf(HasSubstr(bad), HasSubstr(one.field))));
+    }
+    for (const auto& [name, tensor] : run.learner->weights()) {
+      EXPECT_EQ(tensor.data, before.at(name).data) << name;
+    }
+  }
+}
+
 TEST(InitialPolicy, RefusesAnotherOrderOfJointsAndAnotherDigest) {
   const std::string bundle = WriteToy("bundle");
   NewRun reversed, edited;

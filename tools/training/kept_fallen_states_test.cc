@@ -4,11 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "common/clock.h"
 #include "common/digest.h"
+#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
+#include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/client/testing/memory_store.h"
+#include "deploy/checkpoint/local_store.h"
 #include "proto/sinew/v1/checkpoint.pb.h"
 
 namespace sinew::tools {
@@ -24,6 +31,10 @@ using Assets = std::map<std::string, std::string>;
 class KeptFallenStates : public ::testing::Test {
  protected:
   void Keep(const std::string& id, const Assets& assets) {
+    KeepIn(store_, id, assets);
+  }
+  static void KeepIn(checkpoint::ArtifactStore& store, const std::string& id,
+                     const Assets& assets) {
     checkpoint::ArtifactFiles files;
     for (const auto& [role, bytes] : assets) {
       files[role] = std::make_shared<const std::string>(bytes);
@@ -31,7 +42,7 @@ class KeptFallenStates : public ::testing::Test {
     v1::Artifact record;
     record.set_id(id);
     record.set_kind("assets");
-    ASSERT_THAT(PutFiles(store_, record, files), IsOk());
+    ASSERT_THAT(PutFiles(store, record, files), IsOk());
   }
   // What is kept for these assets; empty: nothing.
   std::string Found(const Assets& assets) {
@@ -82,6 +93,42 @@ TEST_F(KeptFallenStates, AreNotTakenIfTheyAreDamaged) {
   EXPECT_EQ(Found(assets_), "");
   EXPECT_THAT(notes_, ElementsAre(AllOf(HasSubstr("made anew"),
                                         HasSubstr("expected SHA-256"))));
+}
+
+TEST_F(KeptFallenStates, AreNotTakenIfTheyCannotBeRead) {
+  Assets kept = assets_;
+  kept["fallen"] = "states";
+  Keep("assets-1", kept);
+  store_.FailReads(absl::UnavailableError("the disk is away"));
+
+  EXPECT_EQ(Found(assets_), "");
+  EXPECT_THAT(notes_, ElementsAre(AllOf(HasSubstr("made anew"),
+                                        HasSubstr("the disk is away"))));
+}
+
+TEST_F(KeptFallenStates, OfADamagedRecordArePassedOver) {
+  Assets kept = assets_;
+  kept["fallen"] = "states";
+  const std::string folder = ::sinew::testing::TestPath("checkpoints");
+  const SystemClock clock;
+  {
+    const auto store = checkpoint::LocalStore::Open(folder, clock);
+    ASSERT_THAT(store, IsOk());
+    KeepIn(**store, "assets-1", kept);
+  }
+  const std::string record = JoinPath(folder, "artifacts/assets-1");
+  std::string bytes = ReadFile(record).value_or("");
+  ASSERT_FALSE(bytes.empty());
+  bytes[bytes.size() / 2] ^= 1;
+  ASSERT_THAT(WriteFileAtomically(record, bytes), IsOk());
+  const auto store = checkpoint::LocalStore::OpenReadOnly(folder, clock);
+  ASSERT_THAT(store, IsOk());
+
+  EXPECT_EQ(FindFallenStates(**store, assets_, &notes_), nullptr);
+
+  EXPECT_THAT(notes_,
+              ElementsAre(AllOf(HasSubstr("passed over a damaged record"),
+                                HasSubstr(record))));
 }
 
 TEST_F(KeptFallenStates, AreFoundAmongAssetsOfSeveralTasks) {

@@ -55,6 +55,11 @@ absl::Status CheckOptions(const TrainingRun::Options& options) {
         "--primitives: expected a recipe with network.composer, found one with "
         "a procedure, which trains its primitives itself");
   }
+  if (!options.continue_from.empty()) {
+    return absl::InvalidArgumentError(
+        "--continue: expected a recipe of one training, found a procedure, "
+        "whose stages begin with each other's weights");
+  }
   return learner::ValidateStages(options.recipe);
 }
 

@@ -1,6 +1,5 @@
 #include "tools/training/run_store.h"
 
-#include <map>
 #include <tuple>
 #include <utility>
 
@@ -55,13 +54,18 @@ absl::StatusOr<std::vector<std::string>> RunStore::ChangedAssets(
     const std::string& assets_sha256, const TaskSetup& setup) {
   SINEW_ASSIGN_OR_RETURN(const v1::Artifact record,
                          store_->GetArtifact(AssetsId(assets_sha256)));
-  v1::TaskAssets now;
-  if (!now.ParseFromString(*setup.list)) {
-    return absl::InternalError("the list of assets does not parse");
-  }
   std::map<std::string, std::string> before;
   for (const v1::Artifact::File& file : record.files()) {
     if (file.path() != kAssetList) before[file.path()] = file.sha256();
+  }
+  return ChangedRoles(before, setup);
+}
+
+absl::StatusOr<std::vector<std::string>> ChangedRoles(
+    const std::map<std::string, std::string>& before, const TaskSetup& setup) {
+  v1::TaskAssets now;
+  if (!now.ParseFromString(*setup.list)) {
+    return absl::InternalError("the list of assets does not parse");
   }
   std::vector<std::string> changed;
   for (const v1::Asset& asset : now.assets()) {

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_TRAINING_RUN_STORE_H_
 #define SINEW_TOOLS_TRAINING_RUN_STORE_H_
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -62,6 +63,11 @@ class RunStore {
 
   const std::unique_ptr<checkpoint::ArtifactStore> store_;
 };
+
+// Roles of the assets of `setup` that differ from `before`, digests by role.
+// INTERNAL: its list does not parse.
+absl::StatusOr<std::vector<std::string>> ChangedRoles(
+    const std::map<std::string, std::string>& before, const TaskSetup& setup);
 
 // Whether `a` is the better policy: more starts succeeded, then more frames
 // survived, then less error.

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "absl/status/statusor.h"
+
 namespace sinew::tools {
 
 // Where what is to be shown of a run is: in the folder itself or, of a
@@ -12,6 +14,14 @@ namespace sinew::tools {
 // cannot be read says nothing, and the run itself is shown.
 std::string FolderWithState(const std::string& run);  // a training state
 std::string FolderWithRows(const std::string& run);   // rows of metrics.jsonl
+
+// The folder of the run whose policy is exported: `run` itself or, of a
+// procedure that is over, the stage that it came to (learner::ResultStage).
+//
+// Thread-safety: any thread. Blocking: on the disk. Errors:
+// FAILED_PRECONDITION: the procedure is not over, naming the stage to export
+// instead; DATA_LOSS: its record is damaged.
+absl::StatusOr<std::string> FolderToExport(const std::string& run);
 
 }  // namespace sinew::tools
 

@@ -1,10 +1,13 @@
 #include "tools/training/shown_folder.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "absl/status/status.h"
 #include "common/files.h"
+#include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
 #include "learner/procedure/procedure.h"
 #include "tools/training/procedure_record.h"
@@ -12,8 +15,12 @@
 namespace sinew::tools {
 namespace {
 
+using ::sinew::testing::IsOkAndHolds;
+using ::sinew::testing::StatusIs;
 using ::sinew::testing::TestPath;
 using ::sinew::testing::WriteTestFile;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 ProcedureRecord TwoStages() {
   ProcedureRecord record;
@@ -59,6 +66,39 @@ TEST(ShownFolder, IsTheRunItselfIfItsRecordIsDamaged) {
 
   EXPECT_EQ(FolderWithState(run), run);
   EXPECT_EQ(FolderWithRows(run), run);
+}
+
+TEST(ShownFolder, ToExportIsARunOrTheStageThatAProcedureCameTo) {
+  const std::string run = TestPath("run");
+  EXPECT_THAT(FolderToExport(run), IsOkAndHolds(run));
+  ProcedureRecord record = TwoStages();
+  for (ProcedureRecord::Entry& stage : record.stages) {
+    stage.finished = learner::FinishedStage();
+    stage.finished->stage = *stage.decision.next;
+  }
+  // The first fails fewer.
+  record.stages[1].finished->failed = {"tumble"};
+  record.end = learner::Decision();
+  WriteTestFile("run/procedure.json", PrintProcedure(record));
+
+  EXPECT_THAT(FolderToExport(run),
+              IsOkAndHolds(JoinPath(run, "stages/00_primitive_0")));
+}
+
+TEST(ShownFolder, ToExportIsNoProcedureThatIsNotOver) {
+  const std::string run = TestPath("run");
+  WriteTestFile("run/procedure.json", PrintProcedure(TwoStages()));
+  WriteTestFile(
+      "run/stages/00_primitive_0/checkpoints/artifacts/state-00000003", "");
+
+  EXPECT_THAT(
+      FolderToExport(run),
+      StatusIs(
+          absl::StatusCode::kFailedPrecondition,
+          AllOf(HasSubstr("found one that is not (0 stages"),
+                HasSubstr("--run " + JoinPath(run, "stages/00_primitive_0")))));
+  WriteTestFile("run/procedure.json", "{");
+  EXPECT_THAT(FolderToExport(run), StatusIs(absl::StatusCode::kDataLoss));
 }
 
 }  // namespace

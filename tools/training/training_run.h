@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,7 +45,8 @@ namespace sinew::tools {
 //   Drain: actors go
 //
 // A run whose library has changed is refused before anything of it is touched,
-// or goes on with the new one (migrate_library): Trainer::Migrate.
+// or goes on with the new one (migrate_library): Trainer::Migrate. So does one
+// that begins from a compact state.
 //
 // A teacher that fails to label ends the run, with the peers named, after what
 // there is is saved: nothing is guessed.
@@ -88,6 +90,9 @@ class TrainingRun {
     // Bundles that the recipe's composer weighs, if a run without states has
     // one.
     std::vector<std::string> primitives = {};
+    // Compact state (compact_state.h) that a run without states goes on from
+    // instead; empty: none.
+    std::string continue_from = {};
     // Who labels, if the recipe has distillation: a bundle's folder, or
     // addresses of `sinew teacher` (run_teacher.h).
     std::vector<std::string> teachers = {};
@@ -134,6 +139,7 @@ class TrainingRun {
   absl::Status OpenFolder();
   absl::Status OpenStore(const TaskSetup& setup);
   absl::Status LoadState();
+  absl::Status LoadCompactState();
   absl::Status StartLogging();
   absl::Status StartServices(const TaskSetup& setup);
   void MakeExperience(const TaskSetup& setup);
@@ -173,7 +179,11 @@ class TrainingRun {
   std::optional<RunTeacher> teacher_;
   // The newest state, while the run is opened; unset: there is none.
   std::optional<learner::Trainer::State> state_;
-  // The newest state is of another library, which the run is to leave.
+  // Unset, or what `state_` was trained with: it is a compact one, of a run
+  // that was elsewhere.
+  std::optional<std::map<std::string, std::string>> moved_assets_;
+  // The newest state is of another library, which the run is to leave, or is a
+  // compact one.
   bool migrates_ = false;
   std::unique_ptr<RunServices> services_;
   std::unique_ptr<learner::StateSaver> saver_;

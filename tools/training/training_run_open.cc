@@ -17,6 +17,8 @@
 #include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/open_store.h"
 #include "learner/learner.h"
+#include "learner/ppo/ppo_learner.h"
+#include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/kept_fallen_states.h"
 #include "tools/training/make_learner.h"
@@ -68,6 +70,12 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
     return absl::InvalidArgumentError(
         "recipe field procedure: expected a recipe of one training, found a "
         "procedure; `sinew train` runs those");
+  }
+  if (!options.continue_from.empty() &&
+      !(options.init.empty() && options.primitives.empty())) {
+    return absl::InvalidArgumentError(
+        "--continue: expected neither --init nor --primitives beside it, since "
+        "it has weights of its own, found one of them");
   }
   std::vector<std::string> notes;
   SINEW_ASSIGN_OR_RETURN(
@@ -124,9 +132,19 @@ absl::Status TrainingRun::LoadState() {
   std::vector<std::string> warnings;
   auto state = store_->LoadState(&warnings);
   for (const std::string& warning : warnings) LogWarning(warning);
-  if (absl::IsNotFound(state.status())) return absl::OkStatus();
+  if (absl::IsNotFound(state.status())) return LoadCompactState();
   SINEW_RETURN_IF_ERROR(state.status());
   state_ = *std::move(state);
+  return absl::OkStatus();
+}
+
+absl::Status TrainingRun::LoadCompactState() {
+  if (options_.continue_from.empty()) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(CompactState compact,
+                         ReadCompactState(options_.continue_from, clock_));
+  state_ = std::move(compact.state);
+  moved_assets_ = std::move(compact.assets);
+  migrates_ = true;
   return absl::OkStatus();
 }
 
@@ -135,7 +153,8 @@ absl::Status TrainingRun::CheckAssets(const TaskSetup& setup) {
   const std::string& before = state_->counters.assets_sha256();
   if (before == setup.assets_sha256) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> changed,
-                         store_->ChangedAssets(before, setup));
+                         moved_assets_ ? ChangedRoles(*moved_assets_, setup)
+                                       : store_->ChangedAssets(before, setup));
   if (changed == std::vector<std::string>{"fallen"}) {
     return absl::FailedPreconditionError(absl::StrCat(
         folder_->path(),
@@ -278,7 +297,8 @@ absl::Status TrainingRun::Migrate() {
   SINEW_ASSIGN_OR_RETURN(const int unchanged, trainer_->Migrate(*state_));
   // Not saved yet: the newest state is still that of the old library.
   save_is_due_ = true;
-  LogInfo("gone on with another library",
+  LogInfo(moved_assets_ ? "gone on from a compact state"
+                        : "gone on with another library",
           {{"clips", trainer_->curriculum().table().clips_size()},
            {"unchanged", unchanged},
            {"iteration", trainer_->iteration()}});

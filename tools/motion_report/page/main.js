@@ -3,6 +3,7 @@
 import {clipDetails} from "./clip_details.js";
 import {clipTable} from "./clip_table.js";
 import {h, isNumber, short} from "./elements.js";
+import {showSamples} from "./samples.js";
 import {makeViewer} from "./viewer.js";
 
 const report = JSON.parse(document.getElementById("data").textContent);
@@ -30,26 +31,31 @@ function limits() {
               h("tbody", {}, rows))));
 }
 
-const page = document.getElementById("page");
-const viewer = makeViewer(report.bodies);
-const details = h("div", {class: "panel details"});
-const select = (clip) => {
-  table.mark(clip);
-  details.replaceChildren(...h("div", {}, clipDetails(clip)).childNodes);
-  details.scrollTop = 0;
-  viewer.show(clip);
-};
-const table = clipTable(report, (clip) => {
-  select(clip);
-  page.scrollTo && window.scrollTo({top: 0, behavior: "smooth"});
-});
-page.append(
-    h("div", {class: "kicker"}, "Sinew motion library"),
-    h("h1", {}, report.library.split("/").filter(Boolean).pop() || report.library), lead(),
-    report.note ? h("p", {class: "soft small"}, `No pictures: ${report.note}`) : "",
-    h("div", {class: "stage"}, viewer.element, details), table.element, limits(),
-    h("footer", {}, `Written by ${report.build} into ${report.library}. Drag to turn the view, ` +
-        "scroll to come closer. Nothing in this page is loaded from a network."));
-document.title = `${report.library.split("/").filter(Boolean).pop()} · motion library`;
-const first = report.clips.find((clip) => clip.trajectory !== undefined) || report.clips[0];
-if (first) select(first);
+function showLibrary() {
+  const page = document.getElementById("page");
+  const viewer = makeViewer(report.bodies);
+  const details = h("div", {class: "panel details"});
+  const select = (clip) => {
+    table.mark(clip);
+    details.replaceChildren(...h("div", {}, clipDetails(clip)).childNodes);
+    details.scrollTop = 0;
+    viewer.show(clip);
+  };
+  const table = clipTable(report, (clip) => {
+    select(clip);
+    page.scrollTo && window.scrollTo({top: 0, behavior: "smooth"});
+  });
+  page.append(
+      h("div", {class: "kicker"}, "Sinew motion library"),
+      h("h1", {}, report.library.split("/").filter(Boolean).pop() || report.library), lead(),
+      report.note ? h("p", {class: "soft small"}, `No pictures: ${report.note}`) : "",
+      h("div", {class: "stage"}, viewer.element, details), table.element, limits(),
+      h("footer", {}, `Written by ${report.build} into ${report.library}. Drag to turn the view, ` +
+          "scroll to come closer. Nothing in this page is loaded from a network."));
+  document.title = `${report.library.split("/").filter(Boolean).pop()} · motion library`;
+  const first = report.clips.find((clip) => clip.trajectory !== undefined) || report.clips[0];
+  if (first) select(first);
+}
+
+if (report.samples) showSamples(report);
+else showLibrary();

@@ -1,4 +1,5 @@
-// Plays a clip: the source's skeleton and the character, side by side.
+// Plays a clip: the source's skeleton and the character, or several motions of
+// the character, side by side.
 
 import * as THREE from "three";
 import {OrbitControls} from "orbit_controls";
@@ -6,6 +7,7 @@ import {h} from "./elements.js";
 
 const SOURCE_COLOUR = 0xd97706, BODY_COLOUR = 0x0f9488;
 const GAP = 0.75;  // m, of each from the middle
+const BESIDE = 1.1;  // m, between motions of a crowd
 
 function unpack(base64, unit) {
   const text = atob(base64);
@@ -138,7 +140,8 @@ function readClip(index) {
     source: unpack(json.source_position, 1e-3)};
 }
 
-// Returns {element, show(clip)}; `bodies` as body_shapes.h makes them.
+// Returns {element, show(clip)}; `bodies` as body_shapes.h makes them. A clip's
+// `companions`, indices of trajectories, are played beside it.
 export function makeViewer(bodies) {
   const canvas = h("canvas", {role: "img", "aria-label": "the clip, played"});
   const none = h("div", {class: "none", hidden: ""});
@@ -179,6 +182,7 @@ export function makeViewer(bodies) {
   orbit.enablePan = false;
   const character = new Character(bodies);
   scene.add(character.group);
+  let crowd = [];  // {clip, character}: the companions
   let skeleton = null, clip = null, frame = 0, last = 0, side = new THREE.Vector3(1, 0, 0);
   let playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -187,12 +191,18 @@ export function makeViewer(bodies) {
   const draw = () => {
     const whole = Math.min(clip.frames - 1, Math.floor(frame));
     character.pose(clip, whole);
-    const gap = skeleton && !overlay.checked ? GAP : 0;
+    const gap = crowd.length ? -BESIDE * crowd.length / 2 :
+        skeleton && !overlay.checked ? GAP : 0;
     character.group.position.copy(side).multiplyScalar(gap);
     if (skeleton) {
       skeleton.pose(clip, whole);
       skeleton.group.position.copy(side).multiplyScalar(-gap);
     }
+    crowd.forEach((other, index) => {
+      other.character.pose(other.clip, Math.min(whole, other.clip.frames - 1));
+      other.character.group.position.copy(side).multiplyScalar(
+          BESIDE * (index + 1 - crowd.length / 2));
+    });
     const target = root(whole), moved = target.clone().sub(orbit.target);
     orbit.target.copy(target);
     camera.position.add(moved);
@@ -235,11 +245,14 @@ export function makeViewer(bodies) {
     const from = right.multiplyScalar(0.8).add(facing.clone().multiplyScalar(0.6));
     side.set(-from.y, from.x, 0);
     orbit.target.copy(root(0));
-    camera.position.copy(root(0)).addScaledVector(from, 4.6).add(new THREE.Vector3(0, 0, 0.9));
+    camera.position.copy(root(0)).addScaledVector(from, 4.6 + 0.8 * crowd.length)
+        .add(new THREE.Vector3(0, 0, 0.9));
   };
   const show = (of) => {
     title.textContent = of.name;
     if (skeleton) scene.remove(skeleton.group);
+    crowd.forEach((other) => scene.remove(other.character.group));
+    crowd = [];
     skeleton = clip = null;
     if (of.trajectory === undefined) {
       say(of.figures ? "This clip is not among those that the page can play; to see it: " +
@@ -252,6 +265,9 @@ export function makeViewer(bodies) {
       skeleton = new Skeleton(clip.source_parents);
       scene.add(skeleton.group);
     }
+    crowd = (of.companions || []).map((index) => ({
+      clip: readClip(index), character: new Character(bodies)}));
+    crowd.forEach((other) => scene.add(other.character.group));
     sourceKey.style.display = overlayLabel.style.display = skeleton ? "" : "none";
     slider.max = clip.frames - 1;
     frame = 0;

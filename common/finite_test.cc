@@ -1,4 +1,4 @@
-#include "replay/finite.h"
+#include "common/finite.h"
 
 #include <cstring>
 #include <limits>
@@ -7,7 +7,7 @@
 
 #include "gtest/gtest.h"
 
-namespace sinew::replay {
+namespace sinew {
 namespace {
 
 template <typename T>
@@ -59,4 +59,4 @@ TEST(AllFinite, ReadsFromAnyAlignment) {
 }
 
 }  // namespace
-}  // namespace sinew::replay
+}  // namespace sinew

@@ -1,11 +1,11 @@
-#include "replay/finite.h"
+#include "common/finite.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
-namespace sinew::replay {
+namespace sinew {
 namespace {
 
 // A number is finite unless all bits of its exponent are set. Blocks are
@@ -39,4 +39,4 @@ bool AllFinite64(absl::string_view bytes) {
   return AllFinite<uint64_t, 0x7ff0000000000000u>(bytes);
 }
 
-}  // namespace sinew::replay
+}  // namespace sinew

@@ -1,0 +1,159 @@
+#include "teacher/client/part_queue.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "common/check.h"
+#include "common/rpc/status.h"
+
+namespace sinew::teacher {
+namespace {
+
+// Wrong answers to one part, per replica, that are believed to be accidents.
+constexpr int kWrongAnswers = 3;
+
+bool IsWrongAnswer(const absl::Status& status) {
+  return absl::IsDataLoss(status) || absl::IsInternal(status);
+}
+
+// Whether the replica may do better later.
+bool MayPass(const absl::Status& status) {
+  return rpc::IsTransient(status) || IsWrongAnswer(status) ||
+         absl::IsResourceExhausted(status);
+}
+
+}  // namespace
+
+PartQueue::PartQueue(const Options& options, Clock& clock)
+    : options_(options),
+      clock_(clock),
+      parts_(options.parts),
+      remaining_(options.parts),
+      last_success_(clock.SteadyNow()) {
+  SINEW_CHECK(options.parts >= 1 && !options.peers.empty());
+  for (size_t i = 0; i < options_.peers.size(); ++i) {
+    replicas_.push_back({.backoff = rpc::Backoff(options_.backoff, i + 1),
+                         .not_before = last_success_});
+  }
+  for (int64_t part = 0; part < options_.parts; ++part) {
+    waiting_.push_back(part);
+  }
+}
+
+std::optional<int64_t> PartQueue::Take(int replica) {
+  MutexLock lock(mu_);
+  while (!Ended() && !replicas_[replica].out) {
+    Clock::TimePoint wake = replicas_[replica].not_before;
+    if (clock_.SteadyNow() >= wake) {
+      const int found = Find(replica);
+      if (found >= 0) {
+        const int64_t part = waiting_[found];
+        waiting_.erase(waiting_.begin() + found);
+        return part;
+      }
+      wake = clock_.After(options_.patience);
+    }
+    clock_.WaitUntil(mu_, changed_, wake, {});
+  }
+  return std::nullopt;
+}
+
+int PartQueue::Find(int replica) const {
+  const bool leave = OtherIsWell(replica);
+  for (size_t i = 0; i < waiting_.size(); ++i) {
+    if (!leave || parts_[waiting_[i]].failed_by != replica) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+bool PartQueue::OtherIsWell(int replica) const {
+  for (size_t i = 0; i < replicas_.size(); ++i) {
+    if (static_cast<int>(i) != replica && replicas_[i].well) return true;
+  }
+  return false;
+}
+
+void PartQueue::Done(int replica) {
+  {
+    MutexLock lock(mu_);
+    replicas_[replica].well = true;
+    replicas_[replica].backoff.Reset();
+    last_success_ = clock_.SteadyNow();
+    --remaining_;
+  }
+  changed_.NotifyAll();
+}
+
+void PartQueue::Failed(int replica, int64_t part, const absl::Status& status) {
+  {
+    MutexLock lock(mu_);
+    Replica& one = replicas_[replica];
+    one.last_error = status;
+    one.well = false;
+    one.not_before = clock_.After(one.backoff.Next());
+    parts_[part].failed_by = replica;
+    waiting_.push_front(part);
+    const absl::Status judgement = Judge(replica, parts_[part], status);
+    if (status_.ok()) status_ = judgement;
+  }
+  changed_.NotifyAll();
+}
+
+absl::Status PartQueue::Judge(int replica, Part& part,
+                              const absl::Status& status) {
+  if (absl::IsInvalidArgument(status)) return status;
+  if (IsWrongAnswer(status)) {
+    const int most = kWrongAnswers * static_cast<int>(replicas_.size());
+    if (++part.wrong_answers < most) return absl::OkStatus();
+    return absl::InternalError(absl::StrCat(
+        part.wrong_answers, " wrong answers, the last: ", status.message()));
+  }
+  if (MayPass(status)) return absl::OkStatus();
+  replicas_[replica].out = true;
+  const bool others = std::any_of(replicas_.begin(), replicas_.end(),
+                                  [](const Replica& one) { return !one.out; });
+  return others ? absl::OkStatus() : status;
+}
+
+absl::Status PartQueue::Await(const std::stop_token& stop) {
+  absl::Status result;
+  {
+    MutexLock lock(mu_);
+    while (!Ended()) {
+      const Clock::TimePoint deadline =
+          last_success_ + absl::ToChronoNanoseconds(options_.patience);
+      if (stop.stop_requested()) {
+        status_ = absl::CancelledError("annotating was stopped");
+      } else if (clock_.SteadyNow() >= deadline) {
+        status_ = OutOfPatience();
+      } else {
+        clock_.WaitUntil(mu_, changed_, deadline, stop);
+      }
+    }
+    result = status_;
+  }
+  changed_.NotifyAll();
+  return result;
+}
+
+absl::Status PartQueue::OutOfPatience() const {
+  std::string text = absl::StrCat(
+      "no teacher answered within ", absl::FormatDuration(options_.patience),
+      ", ", remaining_, " of ", options_.parts, " parts are missing");
+  bool late = true;
+  for (size_t i = 0; i < replicas_.size(); ++i) {
+    const absl::Status& error = replicas_[i].last_error;
+    late = late && (error.ok() || absl::IsDeadlineExceeded(error));
+    // Errors of a peer begin with its name.
+    absl::StrAppend(&text, "; ",
+                    error.ok() ? absl::StrCat(options_.peers[i], ": no error")
+                               : std::string(error.message()));
+  }
+  return late ? absl::DeadlineExceededError(text)
+              : absl::UnavailableError(text);
+}
+
+}  // namespace sinew::teacher

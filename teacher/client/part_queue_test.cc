@@ -1,0 +1,168 @@
+#include "teacher/client/part_queue.h"
+
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "common/testing/matchers.h"
+#include "common/testing/simulated_clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace sinew::teacher {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::SimulatedClock;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Optional;
+
+PartQueue::Options MakeOptions(int64_t parts, int replicas) {
+  PartQueue::Options options;
+  options.parts = parts;
+  for (int i = 0; i < replicas; ++i) {
+    options.peers.push_back(std::string("teacher ") +
+                            static_cast<char>('a' + i));
+  }
+  options.backoff = {.initial = absl::Seconds(1), .jitter = 0};
+  options.patience = absl::Seconds(60);
+  return options;
+}
+
+TEST(PartQueue, HandsOutEveryPartOnce) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(3, 2), clock);
+
+  EXPECT_THAT(queue.Take(0), Optional(0));
+  EXPECT_THAT(queue.Take(1), Optional(1));
+  EXPECT_THAT(queue.Take(0), Optional(2));
+  queue.Done(0);
+  queue.Done(1);
+  queue.Done(0);
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_THAT(queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, LeavesAFailedPartToAReplicaThatIsWell) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
+
+  // After its back-off, a takes the other part.
+  clock.Advance(absl::Seconds(2));
+  EXPECT_THAT(queue.Take(0), Optional(1));
+  EXPECT_THAT(queue.Take(1), Optional(0));
+}
+
+TEST(PartQueue, AsksTheSameReplicaAgainAfterABackOffIfThereIsNoOther) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 1), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Failed(0, 0, absl::ResourceExhaustedError("teacher a: full"));
+  std::optional<int64_t> again;
+
+  std::jthread worker([&] { again = queue.Take(0); });
+  ASSERT_TRUE(clock.AwaitWaiters(1));
+  clock.Advance(absl::Milliseconds(1001));
+  worker.join();
+
+  EXPECT_THAT(again, Optional(0));
+}
+
+TEST(PartQueue, EndsAtOnceWhenTheBatchItselfIsWrong) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+
+  queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
+
+  EXPECT_EQ(queue.Take(1), std::nullopt);
+  EXPECT_THAT(queue.Await({}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nan")));
+}
+
+TEST(PartQueue, DropsAReplicaThatServesSomethingElse) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 2), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  ASSERT_THAT(queue.Take(1), Optional(0));
+  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+
+  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                        HasSubstr("teacher b: bundle")));
+}
+
+TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 2), clock);
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_THAT(queue.Take(i % 2), Optional(0)) << i;
+    queue.Failed(i % 2, 0, absl::DataLossError("targets: found nan"));
+    clock.Advance(absl::Seconds(20));  // beyond every back-off
+  }
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_THAT(queue.Await({}),
+              StatusIs(absl::StatusCode::kInternal,
+                       HasSubstr("6 wrong answers, the last: targets: found")));
+}
+
+// What Await says once 60 s have passed.
+absl::Status RunOutOfPatience(PartQueue& queue, SimulatedClock& clock) {
+  absl::Status status;
+  std::jthread waiter([&] { status = queue.Await({}); });
+  clock.AwaitWaiters(1);
+  clock.Advance(absl::Seconds(61));
+  waiter.join();
+  return status;
+}
+
+TEST(PartQueue, NamesAllPeersWhenPatienceEnds) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Done(0);
+  ASSERT_THAT(queue.Take(0), Optional(1));
+  queue.Failed(0, 1, absl::UnavailableError("teacher a: away"));
+
+  EXPECT_THAT(
+      RunOutOfPatience(queue, clock),
+      StatusIs(absl::StatusCode::kUnavailable,
+               AllOf(HasSubstr("1 of 2 parts"), HasSubstr("teacher a: away"),
+                     HasSubstr("teacher b: no error"))));
+}
+
+TEST(PartQueue, SaysThatAllWereLateIfThatIsWhatHappened) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 1), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Failed(0, 0, absl::DeadlineExceededError("teacher a: late"));
+
+  EXPECT_THAT(RunOutOfPatience(queue, clock),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       HasSubstr("teacher a: late")));
+}
+
+TEST(PartQueue, EndsWhenStopped) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 1), clock);
+  std::stop_source stop;
+  stop.request_stop();
+
+  EXPECT_THAT(queue.Await(stop.get_token()),
+              StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+}
+
+}  // namespace
+}  // namespace sinew::teacher

@@ -1,0 +1,59 @@
+#ifndef SINEW_TEACHER_CLIENT_REMOTE_ANNOTATOR_H_
+#define SINEW_TEACHER_CLIENT_REMOTE_ANNOTATOR_H_
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "common/rpc/credentials.h"
+#include "common/rpc/retry.h"
+#include "teacher/client/annotator.h"
+
+namespace sinew::teacher {
+
+struct RemoteAnnotatorOptions {
+  // Replicas of one teacher, "HOST:PORT" or "unix:PATH"; at least one.
+  std::vector<std::string> addresses = {};
+  rpc::Security security = {};
+  // Ends every wait with CANCELLED.
+  std::stop_token stop = {};
+  // Of one call, queueing included, > 0.
+  absl::Duration call_timeout = absl::Seconds(30);
+  // How long to go on without any success, > 0.
+  absl::Duration patience = absl::Minutes(2);
+  // Rows of a call at most, >= 1; replicas may ask for fewer.
+  int64_t max_rows = 1024;
+  // Calls to one replica at a time, >= 1: one travels while one is computed.
+  int calls_in_flight = 2;
+  rpc::BackoffOptions backoff = {};
+};
+
+// A teacher behind gRPC: one service or several replicas of it.
+//
+//   Annotate: rows -> parts of at most max_rows -> whichever replica is free
+//             -> checked (sizes, spread, finite numbers) -> their place
+//
+// Before its first part of a batch, and after every failure, a replica is asked
+// again what it is: it may have been restarted as another. A part that failed
+// is asked again, elsewhere where that is possible, after a back-off
+// (part_queue.h has the exact rules). So the result does not depend on which
+// replicas answered, nor on how often it took.
+//
+// All replicas must be there at the beginning, and be alike: the same bundle,
+// build and CPU class, and the same bytes in answer to a row of zeros.
+//
+// INVALID_ARGUMENT: an option out of range, an address; FAILED_PRECONDITION:
+// replicas that differ, naming both, or one that makes no sense; UNAVAILABLE,
+// DEADLINE_EXCEEDED: one that does not answer within `patience` (named);
+// CANCELLED: stop. The annotator is as Annotator says; FAILED_PRECONDITION
+// where all replicas have become others.
+absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
+    const RemoteAnnotatorOptions& options);
+
+}  // namespace sinew::teacher
+
+#endif  // SINEW_TEACHER_CLIENT_REMOTE_ANNOTATOR_H_

@@ -1,0 +1,74 @@
+#include "teacher/client/rows.h"
+
+#include <cmath>
+#include <cstddef>
+
+#include "absl/strings/str_cat.h"
+#include "common/finite.h"
+#include "common/status_macros.h"
+
+namespace sinew::teacher {
+namespace {
+
+template <typename T>
+absl::string_view Bytes(absl::Span<const T> values) {
+  return {reinterpret_cast<const char*>(values.data()),
+          values.size() * sizeof(T)};
+}
+
+// Names the number that AllFinite has found.
+template <typename T>
+absl::Status NotFinite(absl::string_view name, absl::Span<const T> values,
+                       int64_t width) {
+  size_t i = 0;
+  while (std::isfinite(values[i])) ++i;
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, ": expected finite numbers, found ", values[i],
+                   " in row ", i / width, ", column ", i % width));
+}
+
+absl::Status WrongSize(absl::string_view name, size_t expected, size_t found) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, ": expected ", expected, " numbers, found ", found));
+}
+
+}  // namespace
+
+absl::Status CheckFiniteRows(absl::string_view name,
+                             absl::Span<const float> values, int64_t width) {
+  if (AllFinite32(Bytes(values))) return absl::OkStatus();
+  return NotFinite(name, values, width);
+}
+
+absl::Status CheckFiniteRows(absl::string_view name,
+                             absl::Span<const double> values, int64_t width) {
+  if (AllFinite64(Bytes(values))) return absl::OkStatus();
+  return NotFinite(name, values, width);
+}
+
+absl::StatusOr<int64_t> CheckRows(const v1::DescribeTeacherResponse& teacher,
+                                  const Rows& rows,
+                                  absl::Span<const double> targets) {
+  const int64_t observation = teacher.observation_width();
+  const int64_t action = teacher.action_width();
+  const auto numbers = static_cast<int64_t>(rows.observations.size());
+  if (numbers % observation != 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("observations: expected rows of the teacher's ",
+                     observation, " columns, found ", numbers, " numbers"));
+  }
+  const int64_t count = numbers / observation;
+  const auto expected = static_cast<size_t>(count * action);
+  if (rows.bases.size() != expected) {
+    return WrongSize("bases", expected, rows.bases.size());
+  }
+  if (targets.size() != expected) {
+    return WrongSize("targets", expected, targets.size());
+  }
+  SINEW_RETURN_IF_ERROR(
+      CheckFiniteRows("observations", rows.observations, observation));
+  SINEW_RETURN_IF_ERROR(CheckFiniteRows("bases", rows.bases, action));
+  return count;
+}
+
+}  // namespace sinew::teacher

@@ -1,0 +1,214 @@
+#include "teacher/local_annotator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "common/build_info.h"
+#include "common/cpu.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "teacher/testing/toy_teacher.h"
+
+namespace sinew::teacher {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
+using testing::MakeToyRows;
+using testing::MakeToyStudent;
+using testing::MakeToyTeacher;
+using testing::ToyRows;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+std::unique_ptr<LocalAnnotator> Create(const TeacherPolicy& policy,
+                                       int threads = 1) {
+  auto annotator = LocalAnnotator::Create(policy, threads);
+  EXPECT_THAT(annotator, IsOk());
+  return std::move(annotator).value();
+}
+
+std::vector<double> Annotate(Annotator& annotator, const Rows& rows) {
+  std::vector<double> targets(rows.bases.size());
+  EXPECT_THAT(annotator.Annotate(rows, absl::MakeSpan(targets)), IsOk());
+  return targets;
+}
+
+// One row of several.
+Rows Row(const ToyRows& rows, int64_t r, int64_t count = 1) {
+  return {
+      .observations =
+          absl::MakeConstSpan(rows.observations).subspan(r * 21, count * 21),
+      .bases = absl::MakeConstSpan(rows.bases).subspan(r * 3, count * 3)};
+}
+
+// The formula by hand: the executor for the mean, then the law's last line.
+TEST(LocalAnnotator, AnswersWithTheTargetsOfThePolicysMean) {
+  const TeacherPolicy policy = MakeToyTeacher();
+  const ToyRows rows = MakeToyRows(5);
+  const auto pack = policy::PackWeights(policy.graph, "policy", policy.weights);
+  ASSERT_THAT(pack, IsOk());
+  const auto executor = policy::Executor::Create(*pack, 5).value();
+  std::copy(rows.observations.begin(), rows.observations.end(),
+            executor->input(executor->input_index("observation")).begin());
+  executor->Run(5);
+  const auto mean = executor->tap(executor->tap_index("mean"));
+  // Shares of 80 and 40 Nm at 100 Nm/rad; joint b has a scale of its own.
+  const double scales[] = {0.25 * 0.8, 0.5, 0.25 * 0.4};
+
+  const std::vector<double> targets = Annotate(*Create(policy), rows.rows());
+
+  for (size_t i = 0; i < targets.size(); ++i) {
+    const size_t j = i % 3;
+    const double unit = std::clamp<double>(mean[i], -8, 8);
+    double want = rows.bases[i] + scales[j] * unit;
+    if (j != 1) want = std::clamp(want, -2.5, 2.5);  // range 1, margin 1.5
+    EXPECT_NEAR(targets[i], want, 1e-14) << i;
+  }
+}
+
+TEST(LocalAnnotator, DescribesTheBundle) {
+  const TeacherPolicy policy = MakeToyTeacher();
+  const auto annotator = Create(policy);
+
+  const v1::DescribeTeacherResponse& found = annotator->description();
+
+  EXPECT_EQ(found.bundle_sha256(), policy.manifest.manifest_sha256());
+  EXPECT_EQ(found.character_sha256(), policy.manifest.character_sha256());
+  EXPECT_EQ(found.build(), BuildIdentity());
+  EXPECT_EQ(found.cpu_class(), CpuClass());
+  EXPECT_EQ(found.observation_width(), 21);
+  EXPECT_EQ(found.action_width(), 3);
+  EXPECT_EQ(found.action().strength_scale(), 0.25);
+  EXPECT_EQ(found.action().clip(), 8);  // the default
+}
+
+TEST(LocalAnnotator, SpreadsByThePolicysStandardDeviation) {
+  TeacherPolicy policy = MakeToyTeacher();
+  const std::vector<float> std = {0.5F, 0.25F, 0.125F};
+  policy.weights["policy/std"] = HostTensor::Float32({3}, std);
+
+  const auto annotator = Create(policy);
+
+  EXPECT_THAT(annotator->spread(),
+              ::testing::ElementsAre(::testing::DoubleEq(0.2 * 0.5),
+                                     ::testing::DoubleEq(0.5 * 0.25),
+                                     ::testing::DoubleEq(0.1 * 0.125)));
+}
+
+TEST(LocalAnnotator, TakesAStudentWithALatentAtItsMean) {
+  const auto annotator = Create(MakeToyStudent());
+  const ToyRows rows = MakeToyRows(4);
+
+  const std::vector<double> targets = Annotate(*annotator, rows.rows());
+
+  EXPECT_EQ(targets, Annotate(*annotator, rows.rows()));
+  EXPECT_NE(targets, rows.bases);
+  EXPECT_THAT(annotator->spread(), ::testing::Each(0.0));
+}
+
+TEST(LocalAnnotator, GivesTheSameBytesWhateverThreadsAndBatches) {
+  constexpr int64_t kRows = 301;  // full blocks and an odd rest
+  const ToyRows rows = MakeToyRows(kRows);
+  const auto one = Create(MakeToyTeacher(), 1);
+  const std::vector<double> expected = Annotate(*one, rows.rows());
+
+  for (const int threads : {2, 3, 8}) {
+    EXPECT_EQ(Annotate(*Create(MakeToyTeacher(), threads), rows.rows()),
+              expected)
+        << threads;
+  }
+  for (const int64_t batch : {1, 7, 128, 129}) {
+    for (int64_t r = 0; r < kRows; r += batch) {
+      const int64_t count = std::min(batch, kRows - r);
+      const std::vector<double> want(expected.begin() + r * 3,
+                                     expected.begin() + (r + count) * 3);
+      ASSERT_EQ(Annotate(*one, Row(rows, r, count)), want) << r;
+    }
+  }
+}
+
+TEST(LocalAnnotator, TakesNoRowsAtAll) {
+  EXPECT_THAT(Create(MakeToyTeacher(), 2)->Annotate({}, {}), IsOk());
+}
+
+TEST(LocalAnnotator, RefusesRowsThatDoNotFit) {
+  const auto annotator = Create(MakeToyTeacher());
+  const ToyRows rows = MakeToyRows(2);
+  std::vector<double> targets(6);
+
+  EXPECT_THAT(
+      annotator->Annotate(
+          {.observations = absl::MakeConstSpan(rows.observations).subspan(1),
+           .bases = rows.bases},
+          absl::MakeSpan(targets)),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("21 columns, found 41 numbers")));
+  EXPECT_THAT(
+      annotator->Annotate({.observations = rows.observations,
+                           .bases = absl::MakeConstSpan(rows.bases).first(3)},
+                          absl::MakeSpan(targets)),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("bases: expected 6 numbers, found 3")));
+  EXPECT_THAT(
+      annotator->Annotate(rows.rows(), absl::MakeSpan(targets).first(3)),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("targets")));
+}
+
+TEST(LocalAnnotator, NamesNumbersThatAreNotFinite) {
+  const auto annotator = Create(MakeToyTeacher());
+  std::vector<double> targets(6);
+  ToyRows rows = MakeToyRows(2);
+  rows.observations[21 + 4] = kNan;
+  EXPECT_THAT(annotator->Annotate(rows.rows(), absl::MakeSpan(targets)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("observations: expected finite numbers, "
+                                 "found nan in row 1, column 4")));
+
+  rows = MakeToyRows(2);
+  rows.bases[2] = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(annotator->Annotate(rows.rows(), absl::MakeSpan(targets)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("bases: expected finite numbers, found inf "
+                                 "in row 0, column 2")));
+}
+
+// Products of finite numbers overflow in float32.
+TEST(LocalAnnotator, SaysSoWhenThePolicysAnswerIsNotFinite) {
+  TeacherPolicy policy = MakeToyStudent();
+  for (float& w : policy.weights["posterior_mean/weight"].mutable_float32()) {
+    w = 3e38F;
+  }
+  const auto annotator = Create(policy);
+  ToyRows rows = MakeToyRows(1);
+  rows.observations[0] = 10;
+  std::vector<double> targets(3);
+
+  EXPECT_THAT(annotator->Annotate(rows.rows(), absl::MakeSpan(targets)),
+              StatusIs(absl::StatusCode::kInternal,
+                       HasSubstr("row 0, joint 0: expected a finite target")));
+}
+
+TEST(LocalAnnotator, RefusesPoliciesThatDoNotFitTheirManifest) {
+  TeacherPolicy policy = MakeToyTeacher();
+  policy.manifest.set_observation_width(22);
+  EXPECT_THAT(LocalAnnotator::Create(policy, 1),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("observation_width: expected 21")));
+
+  policy = MakeToyTeacher();
+  policy.weights["policy/std"].mutable_float32()[0] = kNan;
+  EXPECT_FALSE(LocalAnnotator::Create(policy, 1).ok());
+
+  EXPECT_THAT(LocalAnnotator::Create(MakeToyTeacher(), 0),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("threads: expected >= 1, found 0")));
+}
+
+}  // namespace
+}  // namespace sinew::teacher

@@ -1,0 +1,159 @@
+#include "tools/evaluation/figures_table.h"
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
+#include "common/status_macros.h"
+
+namespace sinew::evaluation {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr char kNothing[] = "-";
+
+absl::Status Unfit(absl::string_view file, absl::string_view field,
+                   absl::string_view expected, absl::string_view found) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      file, ": ", field, ": expected ", expected, ", found ", found));
+}
+
+// Null where there is nothing.
+Json At(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found == object.end() ? Json() : *found;
+}
+
+// One policy's clips of one kind.
+struct Split {
+  Json set;
+  Json errors;  // whose four errors are shown
+};
+
+absl::StatusOr<Split> SplitOf(const Json& file, const TableRow& row,
+                              const char* key) {
+  Split split = {.set = At(file, key), .errors = Json()};
+  if (split.set.is_null()) return split;
+  split.errors = At(split.set, "successful");
+  if (split.errors.is_object()) return split;
+  return Unfit(row.file, absl::StrCat(key, ".successful"), "a set of clips",
+               "none: evaluate the bundle anew");
+}
+
+absl::StatusOr<Json> Parse(const TableRow& row) {
+  Json file = Json::parse(row.json, nullptr, /*allow_exceptions=*/false);
+  if (!file.is_object()) {
+    return Unfit(row.file, "file", "a JSON object", "something else");
+  }
+  for (const char* key : {"overall", "successful", "zero_action", "library"}) {
+    if (At(file, key).is_object()) continue;
+    return Unfit(row.file, key, "an object, as `sinew eval` writes",
+                 "something else");
+  }
+  return file;
+}
+
+// Whether two files are about the same starts.
+absl::Status CheckSameTask(const Json& first, const Json& file,
+                           const TableRow& row) {
+  const auto same = [&](absl::string_view field, const Json& expected,
+                        const Json& found) {
+    if (expected == found) return absl::OkStatus();
+    return Unfit(row.file, field, expected.dump(), found.dump());
+  };
+  SINEW_RETURN_IF_ERROR(same("library.sha256",
+                             At(At(first, "library"), "sha256"),
+                             At(At(file, "library"), "sha256")));
+  for (const char* key : {"starts_per_clip", "seconds"}) {
+    SINEW_RETURN_IF_ERROR(same(key, At(first, key), At(file, key)));
+  }
+  return absl::OkStatus();
+}
+
+std::string Succeeded(const Json& set) {
+  const Json clips = At(set, "clips");
+  const Json succeeded = At(set, "succeeded_clips");
+  if (!clips.is_number_integer() || !succeeded.is_number_integer() ||
+      clips.get<int64_t>() <= 0) {
+    return kNothing;
+  }
+  const auto all = clips.get<int64_t>(), some = succeeded.get<int64_t>();
+  return absl::StrFormat(
+      "%.1f %% (%d/%d)",
+      100 * static_cast<double>(some) / static_cast<double>(all), some, all);
+}
+
+std::string Error(const Json& set, const char* key) {
+  const Json value = At(set, key);
+  const Json frames = At(set, "frames");
+  if (!value.is_number() || !frames.is_number() || frames.get<double>() <= 0) {
+    return kNothing;
+  }
+  return absl::StrFormat("%.1f", value.get<double>());
+}
+
+void AddCells(const Split& split, std::string* line) {
+  absl::StrAppend(line, " ", Succeeded(split.set), " |");
+  for (const char* key : {"e_g_mpjpe_mm", "e_mpjpe_mm", "e_acc", "e_vel"}) {
+    absl::StrAppend(line, " ", Error(split.errors, key), " |");
+  }
+}
+
+// Of clips trained on; without a split, all are.
+absl::StatusOr<Split> TrainingOf(const Json& file, const TableRow& row) {
+  if (At(file, "training").is_null()) {
+    return Split{.set = At(file, "overall"), .errors = At(file, "successful")};
+  }
+  return SplitOf(file, row, "training");
+}
+
+absl::StatusOr<std::string> Line(const Json& file, const TableRow& row) {
+  std::string line = absl::StrCat("| ", row.name, " |");
+  SINEW_ASSIGN_OR_RETURN(const Split training, TrainingOf(file, row));
+  SINEW_ASSIGN_OR_RETURN(const Split left_out, SplitOf(file, row, "left_out"));
+  AddCells(training, &line);
+  AddCells(left_out, &line);
+  absl::StrAppend(&line, " ", Succeeded(At(file, "imported")), " |\n");
+  return line;
+}
+
+std::string ZeroActionLine(const Json& file) {
+  const Json training = At(file, "training");
+  const Json zero = At(training.is_null() ? file : training, "zero_action");
+  const Json left_out = At(At(file, "left_out"), "zero_action");
+  std::string line = "| zero action, errors until it fails |";
+  AddCells({.set = zero, .errors = zero}, &line);
+  AddCells({.set = left_out, .errors = left_out}, &line);
+  absl::StrAppend(&line, " ", kNothing, " |\n");
+  return line;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> FiguresTable(absl::Span<const TableRow> rows) {
+  if (rows.empty()) {
+    return absl::InvalidArgumentError(
+        "table: expected files that `sinew eval` wrote, found none");
+  }
+  std::string table =
+      "| policy | trained on: Succ | E_g-mpjpe | E_mpjpe | E_acc | E_vel | "
+      "left out: Succ | E_g-mpjpe | E_mpjpe | E_acc | E_vel | of everything "
+      "imported |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  std::vector<Json> files;
+  for (const TableRow& row : rows) {
+    SINEW_ASSIGN_OR_RETURN(Json file, Parse(row));
+    files.push_back(std::move(file));
+    SINEW_RETURN_IF_ERROR(CheckSameTask(files.front(), files.back(), row));
+    SINEW_ASSIGN_OR_RETURN(const std::string line, Line(files.back(), row));
+    absl::StrAppend(&table, line);
+  }
+  absl::StrAppend(&table, ZeroActionLine(files.front()));
+  return table;
+}
+
+}  // namespace sinew::evaluation

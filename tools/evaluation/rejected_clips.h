@@ -1,0 +1,21 @@
+#ifndef SINEW_TOOLS_EVALUATION_REJECTED_CLIPS_H_
+#define SINEW_TOOLS_EVALUATION_REJECTED_CLIPS_H_
+
+#include <optional>
+#include <string>
+
+namespace sinew::evaluation {
+
+// How many clips the import of a library turned away after it had measured
+// them, by report.json in its folder (sim/import/clip_report.h): success over
+// everything imported counts them as failed. Files that are no motions are not
+// among them. Unset where there is no report, or one of another library: as
+// many clips as `clips` must have been kept.
+//
+// Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
+// none.
+std::optional<int> RejectedClips(const std::string& library, int clips);
+
+}  // namespace sinew::evaluation
+
+#endif  // SINEW_TOOLS_EVALUATION_REJECTED_CLIPS_H_

@@ -1,0 +1,64 @@
+#include "tools/sinew/sample_command.h"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "common/cpu.h"
+#include "common/status_macros.h"
+#include "tools/sampling/sample_bundle.h"
+#include "tools/sampling/sampling_json.h"
+
+namespace sinew::tools {
+namespace {
+
+absl::Status RunSample(const sampling::SamplingOptions& asked,
+                       const StopToken& stop) {
+  sampling::SamplingOptions options = asked;
+  if (options.threads == 0) options.threads = AvailableCpus();
+  SINEW_ASSIGN_OR_RETURN(const sampling::SamplingResult result,
+                         sampling::SampleBundle(options, stop));
+  absl::PrintF("%s", sampling::SamplingTable(result.ways));
+  for (const std::string& file : result.files) absl::PrintF("%s\n", file);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddSampleCommand(CLI::App& app, Action& action) {
+  auto options = std::make_shared<sampling::SamplingOptions>();
+  options->threads = 0;  // all cores
+  auto* command = AddSubcommand<sampling::SamplingOptions>(
+      app, "sample", "the prior of a bundle alone moves the body", options,
+      action, RunSample);
+  command->add_option("--bundle", options->bundle, "folder, with a latent")
+      ->required();
+  command->add_option("--motions", options->motions,
+                      "library: to start from, and to compare with");
+  command->add_option("--out", options->out, "JSON file")->required();
+  command->add_option("--seconds", options->seconds,
+                      "of each sample (default 10)");
+  command->add_option("--count", options->count,
+                      "samples at each scale of the noise (default 64)");
+  command->add_option("--per-start", options->per_start,
+                      "samples of one start (default 4, if it divides)");
+  command->add_option("--noise", options->noise,
+                      "scales of the prior's standard deviation (default 1)");
+  command->add_option("--start", options->start,
+                      "clip (upright frames), fallen or CLIP:SECONDS (default: "
+                      "clip; without --motions fallen)");
+  command->add_option("--seed", options->seed, "of starts and noise (0)");
+  command->add_option("--threads", options->threads, "default: all cores");
+  command->add_option("--threshold", options->threshold,
+                      "of coverage, standard deviations (default 0.5)");
+  command->add_option("--transitions", options->transitions,
+                      "that are compared at most (default 40000)");
+  command->add_flag("--student", options->student,
+                    "also what the bundle's policy covers when it tracks");
+  command->add_option("--pictures", options->pictures, "folder of film strips");
+  command->add_option("--page", options->page,
+                      "HTML file that plays samples side by side");
+}
+
+}  // namespace sinew::tools

@@ -1,0 +1,188 @@
+#include "tools/sinew/sample_command.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "common/files.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "sim/world/testing/toy_world.h"
+#include "tools/sampling/testing/latent_bundle.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+struct Toy {
+  world::testing::ToyWorld world = sampling::testing::MakeLatentToy();
+  std::string bundle = sampling::testing::WriteLatentBundle(world);
+  std::string out = JoinPath(world.folder, "samples.json");
+
+  std::string Arguments(const std::string& more) const {
+    return "--bundle " + bundle + " --out " + out + " " + more;
+  }
+  std::string WithMotions(const std::string& more) const {
+    return Arguments("--motions " + world.library_folder + " " + more);
+  }
+  Json Read() const { return Json::parse(*ReadFile(out)); }
+};
+
+absl::Status Sample(const std::string& arguments,
+                    std::string* output = nullptr) {
+  CLI::App app;
+  app.require_subcommand(1);
+  Action action;
+  AddSampleCommand(app, action);
+  app.parse("sample " + arguments);
+  ::testing::internal::CaptureStdout();
+  const absl::Status status = action(StopToken());
+  const std::string printed = ::testing::internal::GetCapturedStdout();
+  if (output != nullptr) *output = printed;
+  return status;
+}
+
+TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {
+  const Toy toy;
+  std::string output;
+
+  ASSERT_THAT(Sample(toy.WithMotions("--seconds 0.5 --count 8 --noise 2 "
+                                     "--noise 0.5 --student --threads 2"),
+                     &output),
+              IsOk());
+
+  EXPECT_THAT(output, AllOf(HasSubstr("zero action"), HasSubstr("zero noise"),
+                            HasSubstr("noise 0.5"), HasSubstr("noise 2"),
+                            HasSubstr(toy.out)));
+  const Json json = toy.Read();
+  EXPECT_EQ(json["start"], "clip");
+  EXPECT_EQ(json["seconds"], 0.5);
+  EXPECT_EQ(json["library"]["transitions"], 58);
+  EXPECT_EQ(json["library"]["threshold"], 0.5);
+  EXPECT_GT(json["student"]["generated"], 0);
+  ASSERT_EQ(json["ways"].size(), 4);
+  const Json& action = json["ways"][0];
+  EXPECT_EQ(action["name"], "zero action");
+  EXPECT_TRUE(action["noise"].is_null());
+  EXPECT_TRUE(action["latent"].is_null());
+  EXPECT_EQ(action["samples"], 2);  // one of each start
+  const Json& noisy = json["ways"][3];
+  EXPECT_EQ(noisy["name"], "noise 2");
+  EXPECT_EQ(noisy["samples"], 8);
+  EXPECT_EQ(noisy["starts"], 2);
+  EXPECT_EQ(noisy["rows"].size(), 8);
+  EXPECT_EQ(noisy["began_upright"], 8);
+  EXPECT_TRUE(noisy["got_up_share"].is_null());
+  EXPECT_EQ(noisy["diversity"]["pairs"], 12);  // two starts, 6 pairs each
+  EXPECT_GT(noisy["diversity"]["over_time_m"], 0);
+  EXPECT_EQ(noisy["transitions"]["generated"], 8 * 15);
+  EXPECT_GT(noisy["transitions"]["distance"], 0);
+  EXPECT_GT(noisy["latent"]["step"], json["ways"][1]["latent"]["step"]);
+}
+
+TEST(Sample, WritesTheSameFileForAnyNumberOfThreads) {
+  const Toy toy;
+  const std::string flags = "--seconds 0.3 --count 20 ";
+
+  ASSERT_THAT(Sample(toy.WithMotions(flags + "--threads 1")), IsOk());
+  const std::string one = *ReadFile(toy.out);
+  ASSERT_THAT(Sample(toy.WithMotions(flags + "--threads 3")), IsOk());
+
+  EXPECT_EQ(*ReadFile(toy.out), one);
+}
+
+TEST(Sample, BeginsOnTheFloorWithoutALibrary) {
+  const Toy toy;
+
+  ASSERT_THAT(Sample(toy.Arguments("--seconds 0.2 --count 2")), IsOk());
+
+  const Json json = toy.Read();
+  EXPECT_EQ(json["start"], "fallen");
+  EXPECT_FALSE(json.contains("library"));
+  EXPECT_FALSE(json["ways"][2].contains("transitions"));
+}
+
+TEST(Sample, BeginsWhereItIsTold) {
+  const Toy toy;
+
+  ASSERT_THAT(
+      Sample(toy.WithMotions("--seconds 0.2 --count 3 --start sway:0.1")),
+      IsOk());
+
+  const Json json = toy.Read();
+  EXPECT_EQ(json["ways"][2]["starts"], 1);
+  EXPECT_EQ(json["ways"][2]["rows"][2]["start"], "sway at 0.10 s");
+}
+
+TEST(Sample, WritesAPageThatHoldsTheSamples) {
+  const Toy toy;
+  const std::string page = JoinPath(toy.world.folder, "samples.html");
+
+  ASSERT_THAT(Sample(toy.WithMotions("--seconds 0.2 --count 2 --page " + page)),
+              IsOk());
+
+  // Two ways of one start, and two samples with noise.
+  const auto html = ReadFile(page);
+  ASSERT_THAT(html, IsOk());
+  EXPECT_THAT(
+      *html,
+      AllOf(HasSubstr("\"samples\":true"), HasSubstr("id=\"trajectory-0\""),
+            HasSubstr("zero action"), Not(HasSubstr("src=\"http"))));
+}
+
+TEST(Sample, RefusesABundleWithoutALatent) {
+  const world::testing::ToyWorld world = world::testing::MakeToyWorld();
+  const std::string bundle = JoinPath(world.folder, "bundle");
+  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(world), bundle),
+              IsOk());
+
+  EXPECT_THAT(Sample("--bundle " + bundle + " --out " + bundle + ".json"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(bundle), HasSubstr("graph \"sample\""),
+                             HasSubstr("found policy"))));
+  EXPECT_FALSE(FileExists(bundle + ".json"));
+}
+
+TEST(Sample, NamesTheFlagThatIsWrong) {
+  const Toy toy;
+  const auto expect = [&](const std::string& flags, const char* message) {
+    EXPECT_THAT(
+        Sample(toy.Arguments(flags)),
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(message)))
+        << flags;
+  };
+
+  expect("--seconds 0", "--seconds: expected > 0, found 0");
+  expect("--count 0", "--count: expected >= 1, found 0");
+  expect("--count 4 --per-start 3", "--per-start: expected a divisor");
+  expect("--noise=-1", "--noise: expected >= 0, found -1");
+  expect("--threshold 0", "--threshold: expected > 0");
+  expect("--transitions 0", "--transitions: expected >= 1");
+  expect("--student", "--student: expected --motions");
+  expect("--start walk", "--start: expected clip, fallen");
+  expect("--start clip", "--motions");
+  expect("--seconds 1e6", "control steps of all samples");
+}
+
+TEST(Sample, NamesWhatIsNotThere) {
+  const Toy toy;
+
+  EXPECT_THAT(Sample("--bundle /nowhere --out " + toy.out),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
+  EXPECT_THAT(Sample(toy.Arguments("--motions /nowhere")),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
+}
+
+}  // namespace
+}  // namespace sinew::tools

@@ -1,0 +1,84 @@
+#include "tools/sinew/teacher_command.h"
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "common/files.h"
+#include "common/rpc/testing/socket_folder.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class TeacherCommand : public ::testing::Test {
+ protected:
+  TeacherCommand() {
+    app_.require_subcommand(1);
+    AddTeacherCommand(app_, action_);
+    const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+    bundle_ = JoinPath(toy.folder, "bundle");
+    EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle_),
+                IsOk());
+  }
+
+  // Ends as soon as it serves.
+  absl::Status Run(const std::string& arguments) {
+    app_.parse(absl::StrCat("teacher ", arguments));
+    StopSource stop;
+    stop.request_stop();
+    return action_(stop.get_token());
+  }
+
+  const rpc::SocketFolder folder_;
+  CLI::App app_;
+  Action action_;
+  std::string bundle_;
+};
+
+TEST_F(TeacherCommand, ServesUntilItIsAskedToEnd) {
+  EXPECT_THAT(
+      Run(absl::StrCat("--bundle ", bundle_, " --listen ", folder_.Address("t"),
+                       " --threads 2 --max-batch 64 --batch-delay 0.5 "
+                       "--queue 128 --metrics 127.0.0.1:0")),
+      IsOk());
+}
+
+TEST_F(TeacherCommand, RefusesAQueueThatHoldsNoBatch) {
+  EXPECT_THAT(
+      Run(absl::StrCat("--bundle ", bundle_, " --listen ", folder_.Address("t"),
+                       " --max-batch 64 --queue 63")),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("rows of the queue: expected >= 64")));
+}
+
+TEST_F(TeacherCommand, RefusesPlainTextToOtherMachines) {
+  EXPECT_THAT(
+      Run(absl::StrCat("--bundle ", bundle_, " --listen 0.0.0.0:0")),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               AllOf(HasSubstr("0.0.0.0"), HasSubstr("--allow-insecure"))));
+}
+
+TEST_F(TeacherCommand, NamesABundleThatIsNotThere) {
+  EXPECT_THAT(Run("--bundle /nowhere --listen 127.0.0.1:0"),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
+}
+
+TEST_F(TeacherCommand, NeedsABundleAndAnAddress) {
+  EXPECT_THROW(static_cast<void>(Run("--listen unix:/x")), CLI::RequiredError);
+  EXPECT_THROW(static_cast<void>(Run("--bundle x")), CLI::RequiredError);
+}
+
+}  // namespace
+}  // namespace sinew::tools

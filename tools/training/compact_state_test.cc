@@ -1,0 +1,130 @@
+#include "tools/training/compact_state.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "common/clock.h"
+#include "common/digest.h"
+#include "common/files.h"
+#include "common/policy/safetensors.h"
+#include "common/rpc/credentials.h"
+#include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/state/state_store.h"
+#include "learner/state/testing/make_state.h"
+#include "proto/sinew/v1/rollout.pb.h"
+
+namespace sinew::tools {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Pair;
+
+// A state with environments, one of them within an episode, and an order out.
+learner::Trainer::State State(const std::string& assets) {
+  learner::Trainer::State state = learner::MakeState(12);
+  state.counters.set_assets_sha256(Sha256Hex(assets));
+  state.counters.set_next_order_id(99);
+  state.counters.add_environments()->set_episode(4);
+  v1::EnvironmentState& under_way = *state.counters.add_environments();
+  under_way.set_episode(7);
+  under_way.add_physics(1.5);
+  state.counters.add_open_orders();
+  state.counters.add_pending_evaluations();
+  state.counters.mutable_curriculum()->add_clips()->set_name("walk");
+  return state;
+}
+
+class CompactStateTest : public ::testing::Test {
+ protected:
+  CompactStateTest() {
+    v1::Asset& asset = *list_.add_assets();
+    asset.set_role("library");
+    asset.set_sha256(std::string(64, 'a'));
+    from_ = TestPath("checkpoints");
+    to_ = TestPath("state");
+  }
+
+  void Save(bool with_list) {
+    const auto store = checkpoint::OpenStore(
+        from_, checkpoint::StoreAccess::kWrite, rpc::Security(), clock_);
+    ASSERT_THAT(store, IsOk());
+    const std::string assets = list_.SerializeAsString();
+    ASSERT_THAT(learner::SaveState(**store, State(assets), /*keep=*/2), IsOk());
+    if (!with_list) return;
+    ASSERT_THAT((*store)->PutBlob(std::make_shared<const std::string>(assets)),
+                IsOk());
+  }
+
+  const SystemClock clock_;
+  v1::TaskAssets list_;
+  std::string from_, to_;
+};
+
+TEST_F(CompactStateTest, HoldsWhatIsLearnedAndNothingThatIsUnderWay) {
+  Save(/*with_list=*/true);
+
+  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+  const auto compact = ReadCompactState(to_, clock_);
+
+  ASSERT_THAT(compact, IsOk());
+  const v1::TrainingState& counters = compact->state.counters;
+  EXPECT_EQ(counters.iteration(), 12);
+  EXPECT_EQ(counters.samples(), 1200);
+  EXPECT_EQ(counters.next_order_id(), 99);
+  EXPECT_EQ(counters.curriculum().clips(0).name(), "walk");
+  EXPECT_EQ(SerializeSafetensors(compact->state.tensors),
+            SerializeSafetensors(learner::MakeState(12).tensors));
+  EXPECT_THAT(compact->assets,
+              ElementsAre(Pair("library", std::string(64, 'a'))));
+  EXPECT_EQ(counters.open_orders_size(), 0);
+  EXPECT_EQ(counters.pending_evaluations_size(), 0);
+  EXPECT_TRUE(compact->state.snapshots.empty());
+  ASSERT_EQ(counters.environments_size(), 2);
+  // The episode that was under way is over.
+  EXPECT_EQ(counters.environments(0).episode(), 4);
+  EXPECT_EQ(counters.environments(1).episode(), 8);
+  EXPECT_EQ(counters.environments(1).physics_size(), 0);
+}
+
+TEST_F(CompactStateTest, ReplacesNothing) {
+  Save(/*with_list=*/true);
+  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+
+  EXPECT_THAT(WriteCompactState(from_, to_, clock_),
+              StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr(to_)));
+}
+
+TEST_F(CompactStateTest, NeedsTheListOfTheRunsAssets) {
+  Save(/*with_list=*/false);
+
+  EXPECT_THAT(WriteCompactState(from_, to_, clock_),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr("the list of the run's assets")));
+  EXPECT_FALSE(FileExists(to_));
+}
+
+TEST_F(CompactStateTest, IsRefusedIfItIsAbsentOrDamaged) {
+  EXPECT_THAT(ReadCompactState(to_, clock_),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr(to_)));
+  Save(/*with_list=*/true);
+  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+  const std::string blob =
+      JoinPath(JoinPath(to_, "blobs"), Sha256Hex(list_.SerializeAsString()));
+  ASSERT_THAT(WriteFileAtomically(blob, "damaged"), IsOk());
+
+  EXPECT_THAT(ReadCompactState(to_, clock_),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr(to_)));
+}
+
+}  // namespace
+}  // namespace sinew::tools

@@ -1,0 +1,179 @@
+#include "tools/zoo/card_facts.h"
+
+#include <memory>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/rpc/credentials.h"
+#include "common/status_macros.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/state/newest_state.h"
+#include "sim/motion/library.h"
+#include "tools/training/procedure_record.h"
+#include "tools/training/run_folder.h"
+#include "tools/training/shown_folder.h"
+#include "tools/zoo/zoo_entry.h"
+
+namespace sinew::zoo {
+namespace {
+
+using Json = nlohmann::json;
+using tools::RunFolder;
+
+absl::Status Unfit(absl::string_view file, absl::string_view field,
+                   absl::string_view expected, absl::string_view found) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      file, ": ", field, ": expected ", expected, ", found ", found));
+}
+
+// A string of an object in an object; empty: there is none.
+std::string StringAt(const Json& file, const char* object, const char* key) {
+  const auto outer = file.find(object);
+  if (outer == file.end()) return "";
+  const auto inner = outer->find(key);
+  if (inner == outer->end() || !inner->is_string()) return "";
+  return inner->get<std::string>();
+}
+
+// What `sinew eval` wrote of this bundle.
+absl::StatusOr<Json> ReadEvaluation(const std::string& path,
+                                    const v1::BundleManifest& manifest) {
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  Json file = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!file.is_object()) {
+    return Unfit(path, "file", "a JSON object", "something else");
+  }
+  const std::string found = StringAt(file, "bundle", "manifest_sha256");
+  if (found != manifest.manifest_sha256()) {
+    return Unfit(path, "bundle.manifest_sha256", manifest.manifest_sha256(),
+                 found);
+  }
+  return file;
+}
+
+absl::Status ReadEvaluations(const CardOptions& options, CardFacts* facts) {
+  const v1::BundleManifest& manifest = facts->bundle.manifest;
+  if (!options.eval.empty()) {
+    SINEW_ASSIGN_OR_RETURN(facts->evaluation,
+                           ReadEvaluation(options.eval, manifest));
+    const std::string library =
+        StringAt(facts->evaluation, "library", "sha256");
+    if (library != facts->library_sha256) {
+      return Unfit(options.eval, "library.sha256", facts->library_sha256,
+                   library);
+    }
+    if (facts->evaluation.contains("fallen")) {
+      facts->fallen = facts->evaluation["fallen"];
+    }
+  }
+  if (options.fallen.empty()) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const Json file,
+                         ReadEvaluation(options.fallen, manifest));
+  if (!file.contains("fallen")) {
+    return Unfit(options.fallen, "fallen", "an object (sinew eval --fallen)",
+                 "none");
+  }
+  facts->fallen = file["fallen"];
+  return absl::OkStatus();
+}
+
+RunFacts FactsOfManifest(const v1::BundleProvenance& provenance) {
+  RunFacts facts;
+  facts.recipe = provenance.recipe();
+  facts.seed = provenance.seed();
+  facts.samples = provenance.samples();
+  facts.train_seconds = provenance.train_seconds();
+  return facts;
+}
+
+// Of the last whole row.
+absl::Status AddRow(const std::string& folder, RunFacts* facts) {
+  const std::string path = RunFolder::MetricsOf(folder);
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  Json last;
+  for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+    Json row = Json::parse(line.begin(), line.end(), nullptr,
+                           /*allow_exceptions=*/false);
+    if (row.is_object()) last = std::move(row);
+  }
+  if (!last.is_object()) return Unfit(path, "rows", "at least one", "none");
+  const auto cores = last.find("cores");
+  if (cores != last.end() && cores->is_number_integer()) {
+    facts->cores = cores->get<int64_t>();
+  }
+  return absl::OkStatus();
+}
+
+// Where the newest state knows; runs kept without states say nothing.
+std::string CpuClassOf(const std::string& folder, const Clock& clock) {
+  const std::string where = RunFolder::CheckpointsOf(folder);
+  if (!FileExists(where)) return "";
+  const auto store = checkpoint::OpenStore(
+      where, checkpoint::StoreAccess::kRead, rpc::Security(), clock);
+  if (!store.ok()) return "";
+  std::vector<std::string> warnings;
+  const auto counters = learner::LoadLatestCounters(**store, &warnings);
+  return counters.ok() ? counters->cpu_class() : "";
+}
+
+// Sums and sentences of a procedure.
+absl::Status AddProcedure(const std::string& run, RunFacts* facts) {
+  const std::string path = RunFolder::ProcedureOf(run);
+  if (!FileExists(path)) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  SINEW_ASSIGN_OR_RETURN(const tools::ProcedureRecord record,
+                         tools::ParseProcedure(text, path));
+  facts->samples = 0;
+  facts->train_seconds = 0;
+  for (const learner::FinishedStage& stage : record.Finished()) {
+    facts->samples += stage.samples;
+    facts->train_seconds += stage.train_seconds;
+  }
+  for (const tools::ProcedureRecord::Entry& entry : record.stages) {
+    facts->decisions.push_back(entry.decision.reason);
+  }
+  if (record.end) facts->decisions.push_back(record.end->reason);
+  return absl::OkStatus();
+}
+
+absl::Status AddRun(const std::string& run, const Clock& clock,
+                    RunFacts* facts) {
+  const std::string config = JoinPath(run, "config.textproto");
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
+  SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe, ParseRecipe(text, config));
+  facts->recipe = recipe.name();
+  facts->seed = recipe.seed();
+  const std::string folder = tools::FolderWithRows(run);
+  SINEW_RETURN_IF_ERROR(AddRow(folder, facts));
+  facts->cpu_class = CpuClassOf(folder, clock);
+  return AddProcedure(run, facts);
+}
+
+}  // namespace
+
+absl::StatusOr<CardFacts> ReadCardFacts(const CardOptions& options,
+                                        const Clock& clock) {
+  CardFacts facts;
+  SINEW_ASSIGN_OR_RETURN(facts.bundle, bundle::ReadBundle(options.bundle));
+  SINEW_ASSIGN_OR_RETURN(facts.bundle_bytes, CheckBundleBytes(options.bundle));
+  SINEW_ASSIGN_OR_RETURN(const auto library,
+                         motion::Library::Load(options.motions));
+  facts.library = library->manifest();
+  facts.library_sha256 = library->digest();
+  SINEW_RETURN_IF_ERROR(ReadEvaluations(options, &facts));
+  facts.run = FactsOfManifest(facts.bundle.manifest.provenance());
+  if (!options.run.empty()) {
+    SINEW_RETURN_IF_ERROR(AddRun(options.run, clock, &facts.run));
+  }
+  facts.command = options.command;
+  facts.machine = options.machine;
+  return facts;
+}
+
+}  // namespace sinew::zoo

@@ -1,0 +1,234 @@
+#include "tools/zoo/card_text.h"
+
+#include <map>
+#include <set>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/string_view.h"
+#include "common/policy/ports.h"
+
+namespace sinew::zoo {
+namespace {
+
+using Json = nlohmann::json;
+
+// Names by credit and licence.
+using Credits = std::map<std::string, std::vector<std::string>>;
+
+// "NAME: ORIGIN (LICENCE)", as bundles have it.
+void AddClip(absl::string_view clip, const std::set<std::string>& left_out,
+             Credits* trained, Credits* others) {
+  const size_t colon = clip.find(": ");
+  const std::string name(clip.substr(0, colon));
+  const std::string credit(
+      colon == absl::string_view::npos ? "unknown" : clip.substr(colon + 2));
+  (left_out.contains(name) ? *others : *trained)[credit].push_back(name);
+}
+
+int Count(const Credits& credits) {
+  size_t count = 0;
+  for (const auto& [credit, names] : credits) count += names.size();
+  return static_cast<int>(count);
+}
+
+void AddRows(const Credits& credits, absl::string_view kind,
+             std::string* text) {
+  for (const auto& [credit, names] : credits) {
+    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ", Cell(credit),
+                    " |\n");
+  }
+}
+
+std::string Names(const Credits& credits) {
+  std::vector<std::string> all;
+  for (const auto& [credit, names] : credits) {
+    all.insert(all.end(), names.begin(), names.end());
+  }
+  return Cell(absl::StrJoin(all, ", "));
+}
+
+std::set<std::string> LeftOut(const CardFacts& facts) {
+  std::set<std::string> names;
+  if (facts.library_sha256 !=
+      facts.bundle.manifest.provenance().library_sha256()) {
+    return names;
+  }
+  for (const v1::ClipInfo& clip : facts.library.clips()) {
+    if (clip.left_out()) names.insert(clip.name());
+  }
+  return names;
+}
+
+double NumberAt(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+bool Failed(const Json& clip) {
+  const auto success = clip.find("success");
+  return success != clip.end() && *success == false;
+}
+
+// When a clip fails first, or nothing.
+std::string FailedAt(const Json& clip, double frames_per_second) {
+  const double frame = NumberAt(clip, "failed_at_frame");
+  if (frame < 0 || !(frames_per_second > 0)) return "-";
+  return absl::StrFormat("%.1f s", frame / frames_per_second);
+}
+
+std::string ClipRow(const CardFacts& facts, const Json& clip) {
+  const auto named = clip.find("name");
+  const std::string name = named != clip.end() && named->is_string()
+                               ? named->get<std::string>()
+                               : "?";
+  double force = 0;
+  for (const v1::ClipInfo& info : facts.library.clips()) {
+    if (info.name() != name) continue;
+    force = info.quality().residual_force_bodyweights();
+  }
+  const double rate = facts.library.frames_per_second();
+  const auto zero = clip.find("zero_action");
+  return absl::StrFormat("| %s | %s | %s | %.0f mm | %s | %.2f |\n", Cell(name),
+                         clip.contains("left_out") ? "left out" : "trained on",
+                         FailedAt(clip, rate), NumberAt(clip, "e_g_mpjpe_mm"),
+                         zero == clip.end() ? "-" : FailedAt(*zero, rate),
+                         force);
+}
+
+std::string Seed(const CardFacts& facts) {
+  return absl::StrCat(facts.run.seed);
+}
+
+// `.onnx` alone, where the C interface is of no use.
+std::string PythonSnippet(const CardFacts& facts) {
+  const auto ports = policy::FindPorts(facts.bundle.graph, "policy");
+  const std::string input = ports.ok() ? ports->observation : "observation";
+  const std::string output = ports.ok() ? ports->action : "action";
+  return absl::StrCat(
+      "```python\n"
+      "import numpy, onnxruntime\n"
+      "policy = onnxruntime.InferenceSession(\"bundle/policy.onnx\")\n"
+      "feed = {x.name: numpy.zeros((1, x.shape[1]), numpy.float32)\n"
+      "        for x in policy.get_inputs()}\n"
+      "feed[\"",
+      input, "\"][0] = observation  # [",
+      facts.bundle.manifest.observation_width(),
+      "], blocks as in manifest.json\n"
+      "action, = policy.run([\"",
+      output, "\"], feed)  # [1, ", facts.bundle.manifest.action_width(),
+      "]\n```\n");
+}
+
+}  // namespace
+
+std::string Cell(const std::string& text) {
+  return absl::StrReplaceAll(
+      text, {{"|", "\\|"}, {"\n", " "}, {"<", "&lt;"}, {">", "&gt;"}});
+}
+
+std::string TrainedOnChapter(const CardFacts& facts) {
+  const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
+  const std::set<std::string> left_out = LeftOut(facts);
+  Credits trained, others;
+  for (const std::string& clip : provenance.clips()) {
+    AddClip(clip, left_out, &trained, &others);
+  }
+  std::string text = absl::StrCat(
+      "## Trained on\n\n", Count(trained), " clips; ", Count(others),
+      " more of the library are left out of training. Library ",
+      provenance.library_sha256(),
+      ".\n\n| clips | | credit and licence |\n|---|---|---|\n");
+  AddRows(trained, "trained on", &text);
+  AddRows(others, "left out", &text);
+  absl::StrAppend(&text, "\nLicences of clips and character:\n\n");
+  for (const std::string& licence : provenance.data_licences()) {
+    absl::StrAppend(&text, "- ", licence, "\n");
+  }
+  absl::StrAppend(&text, "\n<details><summary>Names</summary>\n\nTrained on: ",
+                  Names(trained), ".\n");
+  if (!others.empty()) {
+    absl::StrAppend(&text, "\nLeft out: ", Names(others), ".\n");
+  }
+  absl::StrAppend(&text, "\n</details>\n");
+  return text;
+}
+
+std::string LimitationsChapter(const CardFacts& facts) {
+  std::string text = "## Limitations\n\n";
+  const auto clips = facts.evaluation.find("clips");
+  if (clips == facts.evaluation.end() || !clips->is_array()) {
+    return absl::StrCat(text,
+                        "Not evaluated: nothing is known of its limits."
+                        "\n");
+  }
+  int failed = 0;
+  std::string rows;
+  for (const Json& clip : *clips) {
+    if (!clip.is_object() || !Failed(clip)) continue;
+    ++failed;
+    absl::StrAppend(&rows, ClipRow(facts, clip));
+  }
+  absl::StrAppend(&text, failed, " of ", clips->size(), " clips fail.");
+  absl::StrAppend(
+      &text, " It has seen no motions but those above, on a flat floor.\n");
+  if (failed == 0) return text;
+  absl::StrAppend(
+      &text,
+      "\nForce: what joints and floor cannot explain of the motion, mean, in "
+      "body weights; far above 0.1, no policy can follow.\n\n| clip | | fails "
+      "after | error until then | zero action fails after | force |\n"
+      "|---|---|---|---|---|---|\n",
+      rows);
+  return text;
+}
+
+std::string ReproduceChapter(const CardFacts& facts) {
+  const v1::BundleManifest& manifest = facts.bundle.manifest;
+  const std::string trained =
+      !facts.command.empty()
+          ? facts.command
+          : absl::StrCat("./sinew train --recipe ", facts.run.recipe,
+                         " --character ", manifest.character(),
+                         " --motions LIB --run RUN --seed ", Seed(facts));
+  std::string text =
+      absl::StrCat("## How to make it again\n\n    ", trained, "\n");
+  if (facts.evaluation.is_object()) {
+    absl::StrAppend(&text,
+                    "    ./sinew eval --bundle RUN/bundle --motions LIB "
+                    "--starts ",
+                    NumberAt(facts.evaluation, "starts_per_clip"),
+                    " --seconds ", NumberAt(facts.evaluation, "seconds"),
+                    " --out eval.json\n");
+  }
+  absl::StrAppend(
+      &text,
+      "\nLIB holds the clips above (`sinew motion import`). The same build on "
+      "the same class of processor gives the same bits; others are as good.\n");
+  return text;
+}
+
+std::string LoadChapter(const CardFacts& facts) {
+  return absl::StrCat(
+      "## How to load it\n\nIn C (deploy/runtime/sinew_runtime.h): reference "
+      "and body in, joint targets out.\n\n"
+      "```c\n"
+      "char error[200];\n"
+      "sinew_runtime* policy = sinew_open(\"bundle\", error, sizeof error);\n"
+      "if (policy == NULL) return puts(error);\n"
+      "sinew_load_library(policy, \"LIB\");\n"
+      "sinew_play(policy, \"",
+      facts.library.clips_size() > 0 ? facts.library.clips(0).name() : "CLIP",
+      "\", 0.0, SINEW_ALIGN_TO_BODY);\n"
+      "sinew_reset(policy, &state, NULL);\n"
+      "sinew_step(policy, &state, target);  /* ",
+      facts.bundle.manifest.control_hz(),
+      " times a second */\n"
+      "```\n\nIn Python, the network alone (onnxruntime, numpy):\n\n",
+      PythonSnippet(facts));
+}
+
+}  // namespace sinew::zoo

@@ -1,0 +1,142 @@
+#include "tools/zoo/model_card.h"
+
+#include <cstdint>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
+#include "common/status_macros.h"
+#include "tools/evaluation/figures_table.h"
+#include "tools/zoo/card_text.h"
+
+namespace sinew::zoo {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string OrUnknown(const std::string& text) {
+  return text.empty() ? "unknown" : Cell(text);
+}
+
+int64_t Parameters(const bundle::Bundle& bundle) {
+  int64_t count = 0;
+  for (const auto& [name, tensor] : bundle.weights) {
+    count += tensor.num_elements();
+  }
+  return count;
+}
+
+std::string IntroductionChapter(const CardFacts& facts) {
+  const v1::BundleManifest& manifest = facts.bundle.manifest;
+  std::string text = absl::StrFormat(
+      "# %s, %s\n\nA policy that makes the character %s follow reference "
+      "motions: %d joints, %d tracked bodies, %g control steps a second, "
+      "observation %d, action %d.\n\n",
+      OrUnknown(facts.run.recipe), Cell(manifest.character()),
+      Cell(manifest.character()), manifest.joints_size(),
+      manifest.bodies_size(), manifest.control_hz(),
+      manifest.observation_width(), manifest.action_width());
+  absl::StrAppend(&text, "| | |\n|---|---|\n| graphs | ",
+                  absl::StrJoin(manifest.graphs(), ", "), " |\n");
+  if (manifest.latent_width() > 0) {
+    absl::StrAppend(&text, "| latent | ", manifest.latent_width(), " |\n");
+  }
+  absl::StrAppend(&text, "| numbers in weights | ", Parameters(facts.bundle),
+                  " |\n| bundle | ", facts.bundle_bytes,
+                  " bytes |\n| manifest SHA-256 | ", manifest.manifest_sha256(),
+                  " |\n| character SHA-256 | ", manifest.character_sha256(),
+                  " |\n");
+  return text;
+}
+
+std::string Machine(const CardFacts& facts) {
+  if (!facts.machine.empty()) return Cell(facts.machine);
+  if (facts.run.cores == 0) return "unknown";
+  return absl::StrCat(facts.run.cores, " cores, ",
+                      OrUnknown(facts.run.cpu_class));
+}
+
+std::string TrainingChapter(const CardFacts& facts) {
+  const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
+  std::string text = absl::StrFormat(
+      "## Training\n\n| | |\n|---|---|\n| recipe | %s |\n| recipe SHA-256 | "
+      "%s |\n| seed | %d |\n| samples | %d |\n| time | %.2f h of training, "
+      "evaluation left out |\n| iterations (of its last stage) | %d |\n"
+      "| machine | %s |\n| build | %s |\n",
+      OrUnknown(facts.run.recipe), provenance.recipe_sha256(), facts.run.seed,
+      facts.run.samples, facts.run.train_seconds / 3600,
+      provenance.iterations(), Machine(facts), OrUnknown(provenance.build()));
+  for (const v1::BundleSource& source : provenance.sources()) {
+    absl::StrAppend(&text, "| ", Cell(source.role()), " | ",
+                    OrUnknown(source.recipe()), ", ", source.manifest_sha256(),
+                    " |\n");
+  }
+  if (facts.run.decisions.empty()) return text;
+  absl::StrAppend(&text, "\nIts procedure, in its own words:\n\n");
+  for (const std::string& decision : facts.run.decisions) {
+    absl::StrAppend(&text, "1. ", Cell(decision), "\n");
+  }
+  return text;
+}
+
+double NumberAt(const Json& object, absl::string_view key) {
+  const auto found = object.find(std::string(key));
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+std::string FallenText(const Json& fallen) {
+  if (!fallen.is_object()) return "";
+  const auto zero = fallen.find("zero_action");
+  const Json none = Json::object();
+  const Json& beside = zero == fallen.end() ? none : *zero;
+  return absl::StrFormat(
+      "\nOf %d fallen starts, %.1f %% stand and track again within 3 s, %.1f "
+      "%% within 5 s (zero action: %.1f %%, %.1f %%).\n",
+      static_cast<int64_t>(NumberAt(fallen, "starts")),
+      100 * NumberAt(fallen, "recovered_3_s"),
+      100 * NumberAt(fallen, "recovered_5_s"),
+      100 * NumberAt(beside, "recovered_3_s"),
+      100 * NumberAt(beside, "recovered_5_s"));
+}
+
+absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
+  std::string text = "## Metrics\n\n";
+  if (facts.evaluation.is_object()) {
+    SINEW_ASSIGN_OR_RETURN(
+        const std::string table,
+        evaluation::FiguresTable({{.name = OrUnknown(facts.run.recipe),
+                                   .file = "eval.json",
+                                   .json = facts.evaluation.dump()}}));
+    absl::StrAppend(
+        &text, table,
+        "\nA clip succeeds (Succ) if its bodies' mean distance from the "
+        "reference stays small at every start; errors, of clips that succeed: "
+        "mm, mm, mm/frame^2, mm/frame at 30 Hz. ",
+        NumberAt(facts.evaluation, "starts_per_clip"), " starts a clip, ",
+        NumberAt(facts.evaluation, "seconds"), " s of those that loop.");
+    if (facts.library_sha256 !=
+        facts.bundle.manifest.provenance().library_sha256()) {
+      absl::StrAppend(&text, " Evaluated on another library than trained on: ",
+                      facts.library_sha256, ".");
+    }
+    absl::StrAppend(&text, "\n");
+  } else {
+    absl::StrAppend(&text, "Not evaluated.\n");
+  }
+  absl::StrAppend(&text, FallenText(facts.fallen));
+  return text;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ModelCard(const CardFacts& facts) {
+  SINEW_ASSIGN_OR_RETURN(const std::string metrics, MetricsChapter(facts));
+  return absl::StrJoin(
+      {IntroductionChapter(facts), TrainedOnChapter(facts),
+       TrainingChapter(facts), metrics, LimitationsChapter(facts),
+       ReproduceChapter(facts), LoadChapter(facts)},
+      "\n");
+}
+
+}  // namespace sinew::zoo

@@ -1,0 +1,176 @@
+#include "tools/zoo/model_card.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "common/clock.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/stop.h"
+#include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "learner/procedure/procedure.h"
+#include "sim/world/testing/toy_world.h"
+#include "tools/evaluation/evaluate_bundle.h"
+#include "tools/training/procedure_record.h"
+#include "tools/zoo/card_facts.h"
+#include "tools/zoo/zoo_entry.h"
+
+namespace sinew::zoo {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// A bundle of the toy world in a folder as zoo/ has them.
+class ModelCardTest : public ::testing::Test {
+ protected:
+  ModelCardTest() : toy_(world::testing::MakeToyWorld()) {
+    EXPECT_THAT(MakeDirectories(Path("entry")), IsOk());
+    options_.bundle = Path("entry/bundle");
+    options_.motions = toy_.library_folder;
+    EXPECT_THAT(
+        bundle::WriteBundle(bundle::testing::ToyContent(toy_), options_.bundle),
+        IsOk());
+  }
+
+  std::string Path(const std::string& name) const {
+    return JoinPath(toy_.folder, name);
+  }
+  void Evaluate() {
+    options_.eval = Path("eval.json");
+    EXPECT_THAT(evaluation::EvaluateBundle(
+                    options_.bundle, options_.motions, options_.eval,
+                    {.starts = 1, .seconds = 0.5}, StopToken())
+                    .status(),
+                IsOk());
+  }
+  absl::StatusOr<std::string> Card() const {
+    const auto facts = ReadCardFacts(options_, clock_);
+    if (!facts.ok()) return facts.status();
+    return ModelCard(*facts);
+  }
+
+  const SystemClock clock_;
+  const world::testing::ToyWorld toy_;
+  CardOptions options_;
+};
+
+TEST_F(ModelCardTest, SaysWhatTheBundleIsAndWhichClipsFail) {
+  Evaluate();
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  const auto bundle = bundle::ReadBundle(options_.bundle);
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr("character toy"), HasSubstr("4 joints"),
+                           HasSubstr(bundle->manifest.manifest_sha256()),
+                           HasSubstr("| samples | 6144 |"),
+                           HasSubstr("Trained on: turn, sway, tumble."),
+                           HasSubstr("\n- Apache-2.0\n")));
+  // No physics follows "tumble", "sway" just stands.
+  EXPECT_THAT(*card, AllOf(HasSubstr("| tumble | trained on | 0."),
+                           Not(HasSubstr("| sway | trained on |")),
+                           HasSubstr("| zero action, errors until it fails |"),
+                           HasSubstr("--starts 1 --seconds 0.5")));
+  EXPECT_THAT(*card, AllOf(HasSubstr("sinew_open(\"bundle\""),
+                           HasSubstr("bundle/policy.onnx")));
+  ASSERT_THAT(WriteFileAtomically(Path("entry/CARD.md"), *card), IsOk());
+  EXPECT_THAT(CheckZooEntry(Path("entry")), IsOk());
+}
+
+TEST_F(ModelCardTest, SaysThatNothingWasEvaluated) {
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr("Not evaluated."),
+                           HasSubstr("nothing is known of its limits"),
+                           HasSubstr("| machine | unknown |")));
+}
+
+TEST_F(ModelCardTest, AddsUpWhatAProcedureTook) {
+  options_.run = Path("run");
+  v1::Recipe recipe = toy_.recipe;
+  recipe.set_name("toy_plus");
+  recipe.set_seed(77);
+  tools::ProcedureRecord record;
+  record.stages.resize(2);
+  for (size_t i = 0; i < 2; ++i) {
+    tools::ProcedureRecord::Entry& stage = record.stages[i];
+    stage.directory = absl::StrCat("stages/0", i);
+    stage.decision.next = learner::Stage();
+    stage.decision.reason = absl::StrCat("for reason ", i);
+    stage.finished = learner::FinishedStage();
+    stage.finished->stage = *stage.decision.next;
+    stage.finished->samples = 1000;
+    stage.finished->train_seconds = 5400;
+    EXPECT_THAT(MakeDirectories(JoinPath(options_.run, stage.directory)),
+                IsOk());
+  }
+  ASSERT_THAT(
+      WriteFileAtomically(Path("run/config.textproto"), PrintRecipe(recipe)),
+      IsOk());
+  ASSERT_THAT(WriteFileAtomically(Path("run/procedure.json"),
+                                  tools::PrintProcedure(record)),
+              IsOk());
+  ASSERT_THAT(WriteFileAtomically(Path("run/stages/01/metrics.jsonl"),
+                                  "{\"cores\": 2}\n{\"cores\""),
+              IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card,
+              AllOf(HasSubstr("# toy_plus, toy"), HasSubstr("| seed | 77 |"),
+                    HasSubstr("| samples | 2000 |"), HasSubstr("3.00 h"),
+                    HasSubstr("| machine | 2 cores, unknown |"),
+                    HasSubstr("1. for reason 0\n1. for reason 1\n"),
+                    HasSubstr("--recipe toy_plus --character toy")));
+}
+
+TEST_F(ModelCardTest, RefusesAnEvaluationOfAnotherBundleOrLibrary) {
+  Evaluate();
+  const std::string good = *ReadFile(options_.eval);
+  ASSERT_THAT(WriteFileAtomically(options_.eval, "{}"), IsOk());
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               AllOf(HasSubstr("eval.json"),
+                                     HasSubstr("bundle.manifest_sha256"))));
+
+  ASSERT_THAT(WriteFileAtomically(options_.eval, good), IsOk());
+  const std::string manifest = JoinPath(options_.motions, "manifest.json");
+  ASSERT_THAT(WriteFileAtomically(manifest, *ReadFile(manifest) + "\n"),
+              IsOk());
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr("library.sha256")));
+}
+
+TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
+  Evaluate();
+  options_.fallen = options_.eval;
+
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr("fallen: expected an object")));
+
+  std::string text = *ReadFile(options_.eval);
+  text.insert(text.find('{') + 1,
+              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
+              "\"recovered_5_s\": 0.75, \"zero_action\": {}},");
+  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+  const auto card = Card();
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, HasSubstr("Of 8 fallen starts, 25.0 % stand and track "
+                               "again within 3 s, 75.0 % within 5 s"));
+}
+
+}  // namespace
+}  // namespace sinew::zoo

@@ -1,0 +1,38 @@
+#ifndef SINEW_TOOLS_ZOO_ZOO_ENTRY_H_
+#define SINEW_TOOLS_ZOO_ZOO_ENTRY_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace sinew::zoo {
+
+// What every folder of zoo/ must be:
+//
+//   zoo/NAME/bundle/   a bundle of at most kMostBundleBytes
+//   zoo/NAME/CARD.md   its model card (model_card.h): names the digest of the
+//                      bundle's manifest and every licence of its clips
+//
+// and may hold: eval.json, fallen.json, recipe.textproto, state (README.md).
+//
+// Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
+// name the folder or file, expected and found.
+
+inline constexpr int64_t kMostBundleBytes = 8'000'000;
+
+// Bytes of all files below a folder. NOT_FOUND: it is none.
+absl::StatusOr<int64_t> FolderBytes(const std::string& folder);
+
+// The bytes of a bundle. FAILED_PRECONDITION: more than kMostBundleBytes.
+absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle);
+
+// Those of bundle::ReadBundle and CheckBundleBytes; NOT_FOUND: no card;
+// FAILED_PRECONDITION: the card is of another bundle, or a licence is unknown
+// or not named in it.
+absl::Status CheckZooEntry(const std::string& folder);
+
+}  // namespace sinew::zoo
+
+#endif  // SINEW_TOOLS_ZOO_ZOO_ENTRY_H_
