@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <memory>
 #include <string>
 
 #include "absl/time/time.h"
 #include "common/files.h"
+#include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "tests/testing/training_rig.h"
@@ -83,6 +85,45 @@ TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
     rig.MustRun("further", rig.Train("straight", rig.Rows("killed"), begun));
   }
   EXPECT_EQ(FingerprintOf(rig, "killed"), FingerprintOf(rig, "straight"));
+}
+
+// `sinew teacher` of a bundle, and where it listens.
+struct Served {
+  Served(const TrainingRig& rig, const std::string& name,
+         const std::string& bundle)
+      : process(rig.Start(name, {"teacher", "--bundle", bundle, "--listen",
+                                 "127.0.0.1:0", "--threads", "1"})),
+        address(rig.AwaitAddress(*process, name)) {}
+
+  std::unique_ptr<Subprocess> process;
+  std::string address;
+};
+
+TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  const Served served(rig, "served", teacher);
+
+  rig.MustRun("here", rig.Train("here", 3, Taught(teacher, Latent())));
+  rig.MustRun("there", rig.Train("there", 3, Taught(served.address, Latent())));
+
+  EXPECT_EQ(FingerprintOf(rig, "there"), FingerprintOf(rig, "here"));
+}
+
+TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  const Served first(rig, "first", teacher), second(rig, "second", teacher);
+  rig.MustRun("straight", rig.Train("straight", 6, Taught(teacher)));
+
+  const auto train = rig.Start(
+      "run", rig.Train("run", 6, Taught(first.address, {second.address})));
+  rig.AwaitRows(*train, "run", 1);
+  first.process->Signal(SIGKILL);
+  const auto end = train->Wait(absl::Minutes(2));
+
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  EXPECT_EQ(FingerprintOf(rig, "run"), FingerprintOf(rig, "straight"));
 }
 
 TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {
