@@ -17,7 +17,6 @@
 #include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/open_store.h"
 #include "learner/learner.h"
-#include "learner/ppo/ppo_learner.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/kept_fallen_states.h"
