@@ -168,7 +168,6 @@ absl::Status Networks::Initialise() {
                                                  .outputs = graph_.outputs,
                                                  .shards = options_.shards},
                                                 parameters_.Views(), device_));
-  network_->Reserve(options_.shards * options_.shard_rows);
   scale_ = HostView(absl::MakeConstSpan(options_.action_scale),
                     {graph_.action_width}, at::kDouble)
                .clone()
@@ -177,15 +176,12 @@ absl::Status Networks::Initialise() {
 }
 
 DistillationTensors Networks::Forward(int shard, const Rows& rows) {
-  const int64_t first = shard * options_.shard_rows;
   std::vector<Tensor> inputs = {
       Matrix(rows.observation, graph_.observation_width)};
   if (graph_.latent_width > 0) {
     inputs.push_back(Matrix(rows.noise, graph_.latent_width));
   }
-  network_->Load(first, inputs);
-  const std::vector<Tensor> outputs =
-      network_->ForwardRange(shard, first, options_.shard_rows);
+  const std::vector<Tensor> outputs = network_->ForwardInputs(shard, inputs);
   DistillationTensors tensors;
   tensors.action = outputs[0];
   tensors.label = Matrix(rows.label, graph_.action_width);

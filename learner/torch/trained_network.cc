@@ -88,15 +88,19 @@ void TrainedNetwork::Load(int64_t first_row,
 std::vector<at::Tensor> TrainedNetwork::Forward(int64_t first_row,
                                                 int64_t rows) const {
   const c10::NoGradGuard no_grad;
-  return ForwardRange(/*shard=*/0, first_row, rows);
-}
-
-std::vector<at::Tensor> TrainedNetwork::ForwardRange(int shard,
-                                                     int64_t first_row,
-                                                     int64_t rows) const {
   std::vector<at::Tensor> given;
   for (const at::Tensor& value : frontier_) {
     given.push_back(value.narrow(0, first_row, rows));
+  }
+  return module_->Run(plan_, given, shards_[0].parameters);
+}
+
+std::vector<at::Tensor> TrainedNetwork::ForwardInputs(
+    int shard, absl::Span<const at::Tensor> inputs) const {
+  std::vector<at::Tensor> given;
+  {
+    const c10::NoGradGuard no_grad;
+    given = module_->Run(prefix_, inputs, frozen_);
   }
   return module_->Run(plan_, given, shards_[shard].parameters);
 }

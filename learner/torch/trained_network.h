@@ -59,11 +59,13 @@ class TrainedNetwork {
 
   // Outputs of consecutive rows, without gradients.
   std::vector<at::Tensor> Forward(int64_t first_row, int64_t rows) const;
-  // Outputs of rows by number, and of consecutive ones, differentiable in the
-  // shard's parameters if gradients are on.
+  // Outputs of rows by number, differentiable in the shard's parameters if
+  // gradients are on.
   std::vector<at::Tensor> Forward(int shard, const at::Tensor& rows) const;
-  std::vector<at::Tensor> ForwardRange(int shard, int64_t first_row,
-                                       int64_t rows) const;
+  // The same of raw inputs, [n, width] each, which are not kept: no Reserve and
+  // no Load, any shards at a time.
+  std::vector<at::Tensor> ForwardInputs(
+      int shard, absl::Span<const at::Tensor> inputs) const;
   // All parameters of the graph as the shard sees them.
   absl::Span<const at::Tensor> Parameters(int shard) const {
     return shards_[shard].parameters;
