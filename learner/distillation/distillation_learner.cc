@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
 #include "common/config/recipe.h"
+#include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
 #include "learner/distillation/distillation_networks.h"
 #include "learner/distillation/distillation_update.h"
@@ -90,7 +91,12 @@ class Distillation final : public DistillationLearner {
 
   absl::Status InitFrom(const TensorMap& weights) override {
     TensorMap own = networks_->SaveWeights();
-    SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
+    // The teacher is this run's own.
+    TensorMap others = weights;
+    std::erase_if(others, [](const auto& one) {
+      return one.first.starts_with(policy::kTeacherPrefix);
+    });
+    SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
     InheritNormalisers(own, kInheritedRows, moments_);
     return absl::OkStatus();

@@ -1,7 +1,6 @@
 #include "learner/distillation/testing/distillation_rig.h"
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -107,9 +106,9 @@ absl::Status SyntheticTeacher::Annotate(const teacher::Rows& rows,
                (rows.observations[r * kObservation + o] - kShift) / kSpread;
       }
       targets[r * kAction + a] =
-          answers_nan ? std::numeric_limits<double>::quiet_NaN()
-                      : rows.bases[r * kAction + a] +
-                            0.3 * std::tanh(sum / std::sqrt(kObservation));
+          answers ? *answers
+                  : rows.bases[r * kAction + a] +
+                        0.3 * std::tanh(sum / std::sqrt(kObservation));
     }
   }
   return absl::OkStatus();
