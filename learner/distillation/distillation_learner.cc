@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
 #include "common/config/recipe.h"
@@ -94,7 +95,7 @@ class Distillation final : public DistillationLearner {
     // The teacher is this run's own.
     TensorMap others = weights;
     std::erase_if(others, [](const auto& one) {
-      return one.first.starts_with(policy::kTeacherPrefix);
+      return absl::StartsWith(one.first, policy::kTeacherPrefix);
     });
     SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));

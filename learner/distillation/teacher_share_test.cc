@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "absl/strings/match.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
 #include "common/policy/teacher_graph.h"
@@ -50,7 +51,7 @@ std::unique_ptr<DistillationLearner> MakeShared(SyntheticTeacher& annotator,
 std::string TeacherBits(const Learner& learner) {
   TensorMap weights = learner.weights();
   std::erase_if(weights, [](const auto& one) {
-    return !one.first.starts_with(policy::kTeacherPrefix);
+    return !absl::StartsWith(one.first, policy::kTeacherPrefix);
   });
   EXPECT_FALSE(weights.empty());
   return SerializeSafetensors(weights);
