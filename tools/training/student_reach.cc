@@ -21,6 +21,7 @@ double FartherEnd(const character::JointInfo& joint, double margin) {
 
 absl::Status CheckReach(const v1::Recipe& recipe,
                         absl::Span<const character::JointInfo> joints) {
+  if (!recipe.has_distillation()) return absl::OkStatus();
   const v1::Action& student = recipe.task().action();
   const v1::Action& teacher = recipe.distillation().teacher_action();
   const bool absolute = student.placement() == v1::Action::PLACEMENT_ABSOLUTE;

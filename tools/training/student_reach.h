@@ -17,8 +17,8 @@ namespace sinew::tools {
 //              without a range are passed over
 //   others     scale * clip >= that of the teacher's law
 //
-// `recipe` has its defaults filled and distillation set. INVALID_ARGUMENT names
-// the field, the joint, expected and found. Pure.
+// `recipe` has its defaults filled; one without distillation passes.
+// INVALID_ARGUMENT names the field, the joint, expected and found. Pure.
 absl::Status CheckReach(const v1::Recipe& recipe,
                         absl::Span<const character::JointInfo> joints);
 

@@ -104,9 +104,7 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();
-  if (recipe.has_distillation()) {
-    SINEW_RETURN_IF_ERROR(CheckReach(recipe, body.joints()));
-  }
+  SINEW_RETURN_IF_ERROR(CheckReach(recipe, body.joints()));
   for (const character::JointInfo& joint : body.joints()) {
     setup.joints.push_back(joint.name);
   }
