@@ -184,14 +184,6 @@ TEST(DistillationRollout, APolicyWithALatentExploresWithoutLogProbability) {
   }
 }
 
-TEST(DistillationRollout, AGaussianPolicyActsWithItsMean) {
-  RolloutRig rig(StudentRecipe());
-
-  const Rows rows(rig.Run(rig.TrainOrder(2, 3)));
-
-  EXPECT_EQ(rows.action, rows.mean);
-}
-
 // Of two posteriors with one mean, whatever they are unsure about.
 TEST(DistillationRollout, EvaluatesWithThePosteriorsMean) {
   RolloutRig rig(StudentRecipe(kAbsolute));
@@ -274,6 +266,8 @@ TEST(DistillationRollout, ATeacherThatAlwaysActsIsThePolicyThatItWas) {
   RolloutRig rig(StudentRecipe("", "teacher_share: 1"));
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
   RolloutRig alone(StudentRecipe());
+  // Of noise that is lost in rounding.
+  alone.SetParameter("policy/std", 1e-30F);
 
   const Rows rows(rig.Run(rig.TrainOrder(3, 30)));
   const Rows expected(alone.Run(alone.TrainOrder(3, 30)));

@@ -19,16 +19,12 @@ class TrainRollout {
         task_(state.task),
         distillation_(task_.recipe().has_distillation()),
         teacher_share_(task_.recipe().distillation().teacher_share()),
-        // The noise of a Gaussian is PPO's: a student without latent does not
-        // use it.
-        noisy_(!distillation_ || snapshot.policy().std.empty()),
         segment_(segment),
         size_(order.states_size()),
         writer_(state.assets->layout(), order.horizon(), size_, segment) {}
 
   absl::Status Run(const std::atomic<bool>* cancel) {
     SINEW_RETURN_IF_ERROR(LoadStates());
-    if (!noisy_) state_.policy.ClearNoise();
     for (int step = 0; step < order_.horizon(); ++step) {
       SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
       for (int e = 0; e < size_; ++e) Prepare(e);
@@ -90,9 +86,7 @@ class TrainRollout {
   void Prepare(int e) {
     Environment& environment = state_.environments[e];
     if (environment.fresh) Begin(e, &environment);
-    if (noisy_) {
-      state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
-    }
+    state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
   }
 
   // Where the teacher acts at this step, and its actions.
@@ -281,7 +275,6 @@ class TrainRollout {
   const world::TrackingTask& task_;
   const bool distillation_;
   const double teacher_share_;
-  const bool noisy_;
   v1::Segment* const segment_;
   const int size_;
   SegmentWriter writer_;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kMaxLatent = 1024;
 constexpr int kMaxWidth = 16384;
+constexpr int kMaxSamplesPerInsert = 1024;
 
 void CheckWidths(const google::protobuf::RepeatedField<int32_t>& widths,
                  absl::string_view path, FieldChecker& check) {
@@ -129,6 +130,11 @@ void CheckLosses(const v1::Distillation& distillation, FieldChecker& check) {
                  "distillation.max_gradient_norm");
   check.Positive(distillation.samples_per_insert(),
                  "distillation.samples_per_insert");
+  check.Require(distillation.samples_per_insert() <= kMaxSamplesPerInsert,
+                "distillation.samples_per_insert",
+                absl::StrCat("<= ", kMaxSamplesPerInsert,
+                             ", or one update would take hours"),
+                distillation.samples_per_insert());
   check.AtLeast(distillation.kl_weight(), 0, "distillation.kl_weight");
   check.AtLeast(distillation.kl_weight_final(), 0,
                 "distillation.kl_weight_final");

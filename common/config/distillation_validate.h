@@ -25,7 +25,8 @@ void CheckAction(const v1::Action& action, const std::string& path,
 //                  nothing that would have to change what is done: mirror,
 //                  anneal, kl_target, bfloat16. The teacher's targets must
 //                  mean to the student's body what they meant to its own
-//                  (ramp) and be within its reach (range_margin)
+//                  (ramp) and be within its reach (range_margin); an update
+//                  ends (samples_per_insert at most 1024)
 void CheckImitation(const v1::Recipe& recipe, FieldChecker& check);
 
 }  // namespace sinew

@@ -187,6 +187,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "distillation.learning_rate: expected > 0, found -1"},
         Violation{{"distillation.samples_per_insert=-1"},
                   "distillation.samples_per_insert: expected > 0, found -1"},
+        Violation{{"distillation.samples_per_insert=1025"},
+                  "distillation.samples_per_insert: expected <= 1024, or one "
+                  "update would take hours, found 1025"},
         Violation{{"distillation.kl_weight=-0.5"},
                   "distillation.kl_weight: expected >= 0, found -0.5"},
         Violation{{"distillation.kl_anneal_begin=-1"},

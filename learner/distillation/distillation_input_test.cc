@@ -58,12 +58,40 @@ TEST_F(DistillationInput, StaysAsItWasWhereTheTeacherFailsAndGoesOnAfterwards) {
 }
 
 TEST_F(DistillationInput, RefusesLabelsThatAreNotFinite) {
-  teacher_.answers_nan = true;
+  teacher_.answers = std::numeric_limits<double>::quiet_NaN();
 
   EXPECT_THAT(Update(MakeVisited(1)),
               StatusIs(absl::StatusCode::kInternal,
                        AllOf(HasSubstr("teacher synthetic"),
                              HasSubstr("expected a finite target"))));
+  EXPECT_EQ(Bits(*learner_), bits_);
+}
+
+TEST_F(DistillationInput, RefusesLabelsThatFloat32HasNot) {
+  teacher_.answers = 1e300;
+
+  EXPECT_THAT(Update(MakeVisited(1)),
+              StatusIs(absl::StatusCode::kInternal,
+                       AllOf(HasSubstr("order 10: row "),
+                             HasSubstr("the range of float32"))));
+  EXPECT_EQ(Bits(*learner_), bits_);
+}
+
+TEST_F(DistillationInput, RefusesAStateThatFailsLateAndStaysAsItWas) {
+  const auto other = MakeStudentLearner(StudentRecipe("seed: 8"), teacher_);
+  const auto segments = MakeVisited(5);
+  ASSERT_THAT(other->Update(SegmentPointers(segments), 0).status(), IsOk());
+  v1::TrainingState state;
+  other->SaveCounters(state);
+  const std::vector<StateChunk> chunks = other->SaveChunks();
+
+  TensorMap lacks = other->SaveTensors();
+  lacks.erase("adam/second_moment/decoder/action/weight");
+  EXPECT_FALSE(learner_->Load(lacks, state, chunks).ok());
+  EXPECT_EQ(Bits(*learner_), bits_);
+
+  EXPECT_THAT(learner_->Load(other->SaveTensors(), state, {}),
+              StatusIs(absl::StatusCode::kDataLoss));
   EXPECT_EQ(Bits(*learner_), bits_);
 }
 

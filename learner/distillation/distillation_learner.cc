@@ -1,18 +1,19 @@
 #include "learner/distillation/distillation_learner.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "common/check.h"
 #include "common/config/recipe.h"
-#include "common/segment/segment_layout.h"
+#include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
 #include "learner/distillation/distillation_networks.h"
 #include "learner/distillation/distillation_update.h"
 #include "learner/distillation/kl_weight.h"
+#include "learner/distillation/labeller.h"
 #include "learner/distillation/labels.h"
 #include "learner/distillation/student_networks.h"
 #include "learner/memory/memory.h"
@@ -31,9 +32,6 @@ constexpr char kSumsMean[] = "normaliser_sums/mean";
 constexpr char kSumsSquares[] = "normaliser_sums/squares";
 constexpr char kFactors[] = "factors";  // std, learning rate
 
-// Rows that a normaliser taken over from another run counts for.
-constexpr double kInheritedRows = 131072;
-
 SequenceShape ShapeOf(const v1::Recipe& recipe,
                       const DistillationLearner::Options& options) {
   return {.steps = recipe.rollouts().horizon(),
@@ -41,42 +39,29 @@ SequenceShape ShapeOf(const v1::Recipe& recipe,
           .action = options.action_width};
 }
 
-// Segments are functions of their orders.
-std::vector<int64_t> OrdersOf(absl::Span<const v1::Segment* const> segments) {
-  std::vector<int64_t> orders;
-  for (const v1::Segment* segment : segments) {
-    orders.push_back(segment->order_id());
-  }
-  return orders;
-}
-
-// One segment, labelled.
-struct Prepared {
-  StateChunk chunk;
-  Moments moments;  // of its valid rows
-};
-
 class Distillation final : public DistillationLearner {
  public:
   Distillation(const v1::Recipe& recipe, const Options& options,
                v1::PolicyGraph graph,
                std::unique_ptr<DistillationNetworks> networks)
       : recipe_(recipe),
-        annotator_(*options.annotator),
-        labels_{.layout = options.layout,
-                .shape = ShapeOf(recipe, options),
-                .action_scale = options.action_scale},
         graph_(std::move(graph)),
         networks_(std::move(networks)),
         pool_(options.ranks, UseOneThread),
+        labeller_({.layout = options.layout,
+                   .shape = ShapeOf(recipe, options),
+                   .action_scale = options.action_scale},
+                  *options.annotator, pool_),
         memory_(
             {.seed = recipe.seed(),
-             .shape = labels_.shape,
+             .shape = shape(),
              .samples_per_insert = recipe.distillation().samples_per_insert(),
              .recipe = recipe.distillation().memory()}),
         moments_(options.observation_width) {}
 
-  absl::Status Prepare(absl::Span<const v1::Segment* const> segments) override;
+  absl::Status Prepare(absl::Span<const v1::Segment* const> segments) override {
+    return labeller_.Prepare(segments);
+  }
   absl::StatusOr<UpdateStatistics> Update(
       absl::Span<const v1::Segment* const> segments,
       int64_t iteration) override;
@@ -96,7 +81,6 @@ class Distillation final : public DistillationLearner {
   }
   void SaveCounters(v1::TrainingState& state) const override {
     state.set_policy_optimiser_step(networks_->optimiser_steps());
-    state.set_learning_rate_factor(1);
     state.set_normaliser_count(moments_.count);
     memory_.Save(*state.mutable_memory());
   }
@@ -108,7 +92,12 @@ class Distillation final : public DistillationLearner {
 
   absl::Status InitFrom(const TensorMap& weights) override {
     TensorMap own = networks_->SaveWeights();
-    SINEW_RETURN_IF_ERROR(TakeWeights(graph_, weights, own));
+    // The teacher is this run's own.
+    TensorMap others = weights;
+    std::erase_if(others, [](const auto& one) {
+      return absl::StartsWith(one.first, policy::kTeacherPrefix);
+    });
+    SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
     InheritNormalisers(own, kInheritedRows, moments_);
     return absl::OkStatus();
@@ -121,16 +110,11 @@ class Distillation final : public DistillationLearner {
   }
 
  private:
-  bool IsPrepared(absl::Span<const v1::Segment* const> segments) const {
-    return !prepared_.empty() && prepared_for_ == OrdersOf(segments);
-  }
-  // All valid rows in one call, which the annotator divides as it sees fit.
-  absl::StatusOr<std::vector<Prepared>> Label(
-      absl::Span<const v1::Segment* const> segments,
-      absl::Span<const SegmentView> views);
+  const SequenceShape& shape() const { return labeller_.options().shape; }
 
-  absl::Status ApplyNormaliser(const std::vector<Prepared>& prepared) {
-    for (const Prepared& one : prepared) MergeMoments(one.moments, moments_);
+  absl::Status ApplyNormaliser(const std::vector<LabelledSegment>& labelled) {
+    for (const LabelledSegment& one : labelled)
+      MergeMoments(one.moments, moments_);
     TensorMap weights = networks_->SaveWeights();
     WriteNormalisers(moments_, weights);
     return networks_->LoadWeights(weights);
@@ -142,7 +126,7 @@ class Distillation final : public DistillationLearner {
   DistillationSettings Settings() const {
     const v1::Distillation& distillation = recipe_.distillation();
     return {.seed = recipe_.seed(),
-            .shape = labels_.shape,
+            .shape = shape(),
             .minibatch = distillation.minibatch(),
             .shards = distillation.shards(),
             .learning_rate = learning_rate(),
@@ -150,109 +134,38 @@ class Distillation final : public DistillationLearner {
             .kl_weight = KlWeight(distillation, memory_.inserted_rows()),
             .continuity_weight = distillation.continuity_weight()};
   }
-  UpdateStatistics Describe(
-      absl::Span<const v1::Segment* const> segments) const;
+  absl::Status LoadNetworks(const TensorMap& tensors, int64_t steps) {
+    SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
+    return networks_->LoadOptimiser(tensors, steps);
+  }
   void Add(const MinibatchFigures& figures, double kl_weight,
            UpdateStatistics& statistics) const;
 
   const v1::Recipe recipe_;  // defaults filled
-  teacher::Annotator& annotator_;
-  const LabelOptions labels_;
   const v1::PolicyGraph graph_;
   const std::unique_ptr<DistillationNetworks> networks_;
   RankPool pool_;
+  Labeller labeller_;
   Memory memory_;
   Moments moments_;  // of all valid rows so far
   double std_factor_ = 1;
   double learning_rate_factor_ = 1;  // by annealing
-  // Of the next update, and how long the teacher took.
-  std::vector<int64_t> prepared_for_;  // orders
-  std::vector<Prepared> prepared_;
-  double label_seconds_ = 0;
 };
-
-absl::Status Distillation::Prepare(
-    absl::Span<const v1::Segment* const> segments) {
-  prepared_.clear();
-  if (segments.empty()) {
-    return absl::InvalidArgumentError("segments: expected some, found none");
-  }
-  std::vector<SegmentView> views;
-  for (const v1::Segment* segment : segments) {
-    SINEW_ASSIGN_OR_RETURN(const SegmentView view,
-                           ViewForLabels(*segment, labels_));
-    views.push_back(view);
-  }
-  const auto start = std::chrono::steady_clock::now();
-  SINEW_ASSIGN_OR_RETURN(prepared_, Label(segments, views));
-  label_seconds_ =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count();
-  prepared_for_ = OrdersOf(segments);
-  return absl::OkStatus();
-}
-
-absl::StatusOr<std::vector<Prepared>> Distillation::Label(
-    absl::Span<const v1::Segment* const> segments,
-    absl::Span<const SegmentView> views) {
-  SINEW_ASSIGN_OR_RETURN(const std::vector<double> targets,
-                         AskTargets(segments, views, labels_, annotator_));
-  std::vector<absl::Span<const double>> parts;
-  absl::Span<const double> rest = targets;
-  for (const SegmentView& view : views) {
-    const size_t size = CountValid(view) * labels_.shape.action;
-    parts.push_back(rest.subspan(0, size));
-    rest.remove_prefix(size);
-  }
-  std::vector<Prepared> prepared(segments.size());
-  pool_.Run(static_cast<int>(segments.size()), [&](int i) {
-    prepared[i].chunk = MakeChunk(
-        LabelSegment(*segments[i], views[i], labels_, parts[i]), labels_.shape);
-    prepared[i].moments = Moments(labels_.shape.observation);
-    ComputeMoments(views[i].observation, views[i].valid, prepared[i].moments);
-  });
-  return prepared;
-}
 
 absl::StatusOr<UpdateStatistics> Distillation::Update(
     absl::Span<const v1::Segment* const> segments, int64_t /*iteration*/) {
-  if (!IsPrepared(segments)) SINEW_RETURN_IF_ERROR(Prepare(segments));
-  const std::vector<Prepared> prepared = std::exchange(prepared_, {});
-  UpdateStatistics statistics = Describe(segments);
+  SINEW_ASSIGN_OR_RETURN(const std::vector<LabelledSegment> labelled,
+                         labeller_.Take(segments));
+  UpdateStatistics statistics = DescribeRows(segments, labeller_.options());
+  statistics.policy_learning_rate = learning_rate();
   const DistillationSettings settings = Settings();
-  SINEW_RETURN_IF_ERROR(ApplyNormaliser(prepared));
+  SINEW_RETURN_IF_ERROR(ApplyNormaliser(labelled));
   for (size_t i = 0; i < segments.size(); ++i) {
-    memory_.Insert(segments[i]->order_id(), prepared[i].chunk);
+    memory_.Insert(segments[i]->order_id(), labelled[i].chunk);
   }
   SINEW_ASSIGN_OR_RETURN(const MinibatchFigures figures,
                          RunMinibatches(settings, memory_, *networks_, pool_));
   Add(figures, settings.kl_weight, statistics);
-  return statistics;
-}
-
-UpdateStatistics Distillation::Describe(
-    absl::Span<const v1::Segment* const> segments) const {
-  UpdateStatistics statistics;
-  statistics.reward_terms.resize(kNumRewardTerms);
-  for (const v1::Segment* segment : segments) {
-    const SegmentView view = *ViewForLabels(*segment, labels_);
-    for (int64_t i = 0; i < view.rows(); ++i) {
-      if (view.valid[i] == 0) continue;
-      ++statistics.samples;
-      statistics.reward_mean += view.reward[i];
-      statistics.body_distance_mean_m += view.body_distance[i];
-      for (int k = 0; k < kNumRewardTerms; ++k) {
-        statistics.reward_terms[k] +=
-            view.reward_terms[i * kNumRewardTerms + k];
-      }
-    }
-  }
-  const double count =
-      static_cast<double>(std::max<int64_t>(1, statistics.samples));
-  statistics.reward_mean /= count;
-  statistics.body_distance_mean_m /= count;
-  for (double& term : statistics.reward_terms) term /= count;
-  statistics.policy_learning_rate = learning_rate();
   return statistics;
 }
 
@@ -270,14 +183,14 @@ void Distillation::Add(const MinibatchFigures& figures, double kl_weight,
   distillation.kl_weight = kl_weight;
   distillation.memory_rows = memory_.rows();
   distillation.labelled_rows = statistics.samples;
-  distillation.label_seconds = label_seconds_;
+  distillation.label_seconds = labeller_.seconds();
 }
 
 absl::Status Distillation::Load(const TensorMap& tensors,
                                 const v1::TrainingState& state,
                                 absl::Span<const StateChunk> chunks) {
   SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
-  const std::vector<int64_t> width = {labels_.shape.observation};
+  const std::vector<int64_t> width = {shape().observation};
   SINEW_ASSIGN_OR_RETURN(const auto mean,
                          SavedDoubles(tensors, kSumsMean, width));
   SINEW_ASSIGN_OR_RETURN(const auto squares,
@@ -291,16 +204,22 @@ absl::Status Distillation::Load(const TensorMap& tensors,
         "0, found ",
         state.policy_optimiser_step(), " and ", state.normaliser_count()));
   }
-  SINEW_RETURN_IF_ERROR(memory_.Restore(state.memory(), chunks));
-  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
-  SINEW_RETURN_IF_ERROR(
-      networks_->LoadOptimiser(tensors, state.policy_optimiser_step()));
+  TensorMap before = networks_->SaveWeights();
+  networks_->SaveOptimiser(before);
+  const int64_t steps_before = networks_->optimiser_steps();
+  absl::Status loaded = LoadNetworks(tensors, state.policy_optimiser_step());
+  if (loaded.ok()) loaded = memory_.Restore(state.memory(), chunks);
+  if (!loaded.ok()) {
+    const absl::Status back = LoadNetworks(before, steps_before);
+    SINEW_CHECK(back.ok()) << back.ToString();
+    return loaded;
+  }
   moments_.count = state.normaliser_count();
   moments_.mean.assign(mean.begin(), mean.end());
   moments_.squares.assign(squares.begin(), squares.end());
   std_factor_ = factors[0];
   learning_rate_factor_ = factors[1];
-  prepared_.clear();
+  labeller_.Forget();
   return absl::OkStatus();
 }
 
@@ -323,15 +242,6 @@ absl::Status CheckOptions(const v1::Recipe& recipe,
         options.observation_width, " observation and ", options.action_width,
         " action columns, found ", teacher.observation_width(), " and ",
         teacher.action_width()));
-  }
-  const int64_t horizon = recipe.rollouts().horizon();
-  const int64_t sequences = recipe.distillation().minibatch() / horizon;
-  if (recipe.distillation().minibatch() % horizon != 0 || sequences < 1 ||
-      sequences % recipe.distillation().shards() != 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "recipe field distillation.minibatch: expected a multiple of ",
-        recipe.distillation().shards(), " sequences of ", horizon,
-        " rows, found ", recipe.distillation().minibatch()));
   }
   return CheckLabelOptions({.layout = options.layout,
                             .shape = ShapeOf(recipe, options),

@@ -19,13 +19,16 @@ namespace sinew::learner {
 // A student that learns what a teacher would do in the states that it visits
 // itself: Recipe.distillation, through a latent (network.latent) or without.
 //
-//   Prepare   labels of all valid rows (labels.h), the segments' rows together
-//             with them as chunks; the state does not change
+//   Prepare   labels of all valid rows (labeller.h), the segments' rows
+//             together with them as chunks; the state does not change
 //   Update    statistics of the new rows into the normaliser, which minibatches
 //             and the next snapshot use alike
 //             chunks into the memory (learner/memory), in order of order_id
 //             the minibatches that are due (distillation_update.h), with the
 //             KL's weight by the rows inserted before this update
+//
+// Rows of the teacher's own episodes (distillation.teacher_share) are learnt
+// from like others and count in samples, reward and distances.
 //
 // Gradients are summed over `distillation.shards` in fixed order whatever the
 // number of ranks (threads), so the result is a pure function of (state,
@@ -41,7 +44,8 @@ namespace sinew::learner {
 // Prepare waits for the annotator, whose calls have deadlines. Errors:
 // INVALID_ARGUMENT for segments or weights that do not fit, what the annotator
 // says, INTERNAL for labels that are not finite: nothing has changed then.
-// DATA_LOSS at Load for chunks that are damaged.
+// DATA_LOSS at Load for chunks that are damaged; a Load that fails has changed
+// nothing.
 class DistillationLearner : public Learner {
  public:
   struct Options {

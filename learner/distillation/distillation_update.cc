@@ -8,12 +8,10 @@
 #include "absl/types/span.h"
 #include "common/random/philox.h"
 #include "common/status_macros.h"
+#include "learner/update/gradient_scale.h"
 
 namespace sinew::learner {
 namespace {
-
-// Keeps a clipped norm a hair below its limit, and 0 / 0 away.
-constexpr double kNormFloor = 1e-6;
 
 using Figures = DistillationNetworks::Figures;
 
@@ -128,6 +126,7 @@ class Minibatches {
     if (finite) SINEW_RETURN_IF_ERROR(Step(norm));
     if (!finite || !std::isfinite(norm)) {
       ++figures_.non_finite;
+      SetPriorities(/*learnt=*/false);
       return absl::OkStatus();
     }
     ++figures_.minibatches;
@@ -138,7 +137,7 @@ class Minibatches {
     figures_.gradient_norm += norm;
     squares_ += sum.squared_error_rad2;
     numbers_ += valid * static_cast<double>(settings_.shape.action);
-    SetPriorities();
+    SetPriorities(/*learnt=*/true);
     return absl::OkStatus();
   }
 
@@ -146,18 +145,23 @@ class Minibatches {
     return pool_.TryRun(1, [&](int) -> absl::Status {
       SINEW_ASSIGN_OR_RETURN(norm, networks_.SumGradients());
       if (!std::isfinite(norm)) return absl::OkStatus();
-      const double scale =
-          std::min(1.0, settings_.max_gradient_norm / (norm + kNormFloor));
-      return networks_.Step(settings_.learning_rate, scale);
+      return networks_.Step(settings_.learning_rate,
+                            GradientScale(norm, settings_.max_gradient_norm));
     });
   }
 
-  void SetPriorities() {
+  // Those that nothing can be learnt from must not be drawn again and again.
+  void SetPriorities(bool learnt) {
     for (int shard = 0; shard < settings_.shards; ++shard) {
       const auto sequences = ShardOf(shard);
       for (size_t i = 0; i < sequences.size(); ++i) {
         if (Sum(memory_.At(sequences[i]).valid) == 0) continue;
-        memory_.SetPriority(sequences[i], parts_[shard].sequence_loss[i]);
+        const float loss = parts_[shard].sequence_loss[i];
+        if (!std::isfinite(loss)) {
+          memory_.SetPriority(sequences[i], 0);
+        } else if (learnt) {
+          memory_.SetPriority(sequences[i], loss);
+        }
       }
     }
   }

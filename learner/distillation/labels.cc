@@ -15,20 +15,6 @@
 namespace sinew::learner {
 namespace {
 
-// A column that ViewSegment has checked. Protobuf's strings are aligned for any
-// number.
-absl::Span<const double> Doubles(const v1::Segment& segment,
-                                 absl::string_view name) {
-  const std::string& data = FindColumn(segment, name)->data();
-  return {reinterpret_cast<const double*>(data.data()),
-          data.size() / sizeof(double)};
-}
-
-absl::Status AtOrder(const v1::Segment& segment, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat("order ", segment.order_id(),
-                                                  ": ", status.message()));
-}
-
 // Valid rows, as the segment has them: one step's environments after another's.
 std::vector<int64_t> ValidRows(const SegmentView& view) {
   std::vector<int64_t> rows;
@@ -46,6 +32,34 @@ void Append(absl::Span<const T> column, int64_t width,
     const auto values = column.subspan(row * width, width);
     into.insert(into.end(), values.begin(), values.end());
   }
+}
+
+// A column of that width has finite numbers alone.
+template <typename T>
+absl::Status CheckNumbers(const v1::Segment& segment, absl::string_view name,
+                          int64_t width) {
+  const absl::Span<const T> numbers = ColumnOf<T>(segment, name);
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    if (std::isfinite(numbers[i])) continue;
+    return AtOrder(segment,
+                   absl::InvalidArgumentError(absl::StrCat(
+                       "segment column ", name, ": row ", i / width,
+                       ": expected a finite number, found ", numbers[i])));
+  }
+  return absl::OkStatus();
+}
+
+// The label of a joint, which a huge target puts out of float32's range.
+absl::StatusOr<float> LabelOf(const v1::Segment& segment, int64_t row,
+                              int64_t joint, double target, double label) {
+  if (std::abs(label) <= std::numeric_limits<float>::max()) {
+    return static_cast<float>(label);
+  }
+  return AtOrder(segment,
+                 absl::InternalError(absl::StrCat(
+                     "row ", row, ", joint ", joint,
+                     ": expected a label within the range of float32, found ",
+                     label, " units of action (target ", target, " rad)")));
 }
 
 // All targets of these segments' valid rows are finite.
@@ -114,11 +128,19 @@ absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
                                           const LabelOptions& options) {
   SINEW_ASSIGN_OR_RETURN(const SegmentView view,
                          ViewSegment(segment, options.layout));
-  if (view.steps == options.shape.steps) return view;
-  return AtOrder(segment,
-                 absl::InvalidArgumentError(absl::StrCat(
-                     "expected rollouts.horizon = ", options.shape.steps,
-                     " steps, found ", view.steps)));
+  if (view.steps != options.shape.steps) {
+    return AtOrder(segment,
+                   absl::InvalidArgumentError(absl::StrCat(
+                       "expected rollouts.horizon = ", options.shape.steps,
+                       " steps, found ", view.steps)));
+  }
+  SINEW_RETURN_IF_ERROR(CheckNumbers<float>(segment, column::kObservation,
+                                            options.shape.observation));
+  for (const absl::string_view name : {column::kTeacherBase, column::kBase}) {
+    SINEW_RETURN_IF_ERROR(
+        CheckNumbers<double>(segment, name, options.shape.action));
+  }
+  return view;
 }
 
 int64_t CountValid(const SegmentView& view) {
@@ -136,8 +158,8 @@ absl::StatusOr<std::vector<double>> AskTargets(
   for (size_t s = 0; s < segments.size(); ++s) {
     const std::vector<int64_t> rows = ValidRows(views[s]);
     Append(views[s].observation, shape.observation, rows, observations);
-    Append(Doubles(*segments[s], column::kTeacherBase), shape.action, rows,
-           bases);
+    Append(ColumnOf<double>(*segments[s], column::kTeacherBase), shape.action,
+           rows, bases);
   }
   // An answer that leaves numbers out is none.
   std::vector<double> targets(bases.size(),
@@ -157,12 +179,11 @@ absl::StatusOr<std::vector<double>> AskTargets(
   return targets;
 }
 
-LabelledSequences LabelSegment(const v1::Segment& segment,
-                               const SegmentView& view,
-                               const LabelOptions& options,
-                               absl::Span<const double> targets) {
+absl::StatusOr<LabelledSequences> LabelSegment(
+    const v1::Segment& segment, const SegmentView& view,
+    const LabelOptions& options, absl::Span<const double> targets) {
   const SequenceShape& shape = options.shape;
-  const absl::Span<const double> base = Doubles(segment, column::kBase);
+  const auto base = ColumnOf<double>(segment, column::kBase);
   LabelledSequences result;
   result.order_id = segment.order_id();
   result.observation.resize(view.rows() * shape.observation);
@@ -182,9 +203,11 @@ LabelledSequences LabelSegment(const v1::Segment& segment,
     if (view.valid[row] == 0) continue;
     result.valid[place] = 1;
     for (int64_t a = 0; a < shape.action; ++a) {
-      result.label[place * shape.action + a] = static_cast<float>(
-          (targets[answer * shape.action + a] - base[row * shape.action + a]) /
-          options.action_scale[a]);
+      const double target = targets[answer * shape.action + a];
+      SINEW_ASSIGN_OR_RETURN(result.label[place * shape.action + a],
+                             LabelOf(segment, row, a, target,
+                                     (target - base[row * shape.action + a]) /
+                                         options.action_scale[a]));
     }
     ++answer;
   }

@@ -28,7 +28,8 @@ struct LabelOptions {
 // found.
 absl::Status CheckLabelOptions(const LabelOptions& options);
 
-// One segment, checked against the layout: horizon T. INVALID_ARGUMENT.
+// One segment, checked against the layout: horizon T, and all numbers that are
+// read here are finite. INVALID_ARGUMENT names the order, and the row.
 absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
                                           const LabelOptions& options);
 
@@ -50,11 +51,10 @@ int64_t CountValid(const SegmentView& view);
 //
 //   label = (target - base) / scale
 //
-// Pure.
-LabelledSequences LabelSegment(const v1::Segment& segment,
-                               const SegmentView& view,
-                               const LabelOptions& options,
-                               absl::Span<const double> targets);
+// Pure. INTERNAL with order, row and joint for a label that float32 has not.
+absl::StatusOr<LabelledSequences> LabelSegment(
+    const v1::Segment& segment, const SegmentView& view,
+    const LabelOptions& options, absl::Span<const double> targets);
 
 }  // namespace sinew::learner
 

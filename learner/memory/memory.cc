@@ -63,7 +63,7 @@ float Memory::LargestPriority() const {
 void Memory::Insert(int64_t order_id, StateChunk chunk) {
   Held held;
   held.order_id = order_id;
-  auto view = ViewChunk(chunk, options_.shape);
+  auto view = ViewOwnChunk(chunk, options_.shape);
   SINEW_CHECK(view.ok()) << view.status().ToString();
   held.view = *view;
   held.chunk = std::move(chunk);

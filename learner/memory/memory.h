@@ -59,13 +59,15 @@ class Memory {
     absl::Span<const float> linked;       // [T]
   };
 
-  // Precondition: made by MakeChunk, of this shape (CHECKed).
+  // Precondition: made by MakeChunk, of this shape (CHECKed, but for the
+  // digest).
   void Insert(int64_t order_id, StateChunk chunk);
   int64_t DueMinibatches(int64_t minibatch_rows) const;
   // Empty if there is nothing to draw from.
   std::vector<Reference> Select(int64_t count, uint64_t draw) const;
   Sequence At(Reference reference) const;
-  // `priority` >= 0 and finite; ignored where the selector is UNIFORM.
+  // `priority` >= 0 and finite, 0 for the least that leaves it to be drawn at
+  // all; ignored where the selector is UNIFORM.
   void SetPriority(Reference reference, float priority);
   void CountSampled(int64_t rows) { sampled_rows_ += rows; }
 

@@ -118,6 +118,11 @@ absl::StatusOr<SequencesView> ViewChunk(const StateChunk& chunk,
   if (found != chunk.sha256) {
     return Damaged(chunk, "SHA-256", chunk.sha256, found);
   }
+  return ViewOwnChunk(chunk, shape);
+}
+
+absl::StatusOr<SequencesView> ViewOwnChunk(const StateChunk& chunk,
+                                           const SequenceShape& shape) {
   absl::StatusOr<SafetensorsView> file =
       ViewSafetensors(*chunk.bytes, absl::StrCat("memory-", chunk.sha256));
   if (!file.ok()) return absl::DataLossError(file.status().message());

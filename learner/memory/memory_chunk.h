@@ -51,6 +51,10 @@ StateChunk MakeChunk(const LabelledSequences& sequences,
 // are not 0 or 1, links from rows that are not valid.
 absl::StatusOr<SequencesView> ViewChunk(const StateChunk& chunk,
                                         const SequenceShape& shape);
+// The same without computing the digest anew: of a chunk that MakeChunk has
+// made in this process.
+absl::StatusOr<SequencesView> ViewOwnChunk(const StateChunk& chunk,
+                                           const SequenceShape& shape);
 
 }  // namespace sinew::learner
 

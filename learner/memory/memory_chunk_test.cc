@@ -86,6 +86,21 @@ TEST(MemoryChunk, RefusesBytesOfAnotherDigest) {
                              HasSubstr("SHA-256: expected"))));
 }
 
+TEST(MemoryChunk, OfThisProcessIsViewedWithoutItsDigest) {
+  StateChunk chunk = MakeChunk(MakeSequences(), kShape);
+  const auto expected = ViewChunk(chunk, kShape);
+  ASSERT_THAT(expected, IsOk());
+  chunk.sha256 = "another";
+
+  const auto view = ViewOwnChunk(chunk, kShape);
+
+  ASSERT_THAT(view, IsOk());
+  EXPECT_EQ(view->observation.data(), expected->observation.data());
+  EXPECT_THAT(view->label, ElementsAreArray(MakeSequences().label));
+  EXPECT_EQ(ViewChunk(chunk, kShape).status().code(),
+            absl::StatusCode::kDataLoss);
+}
+
 TEST(MemoryChunk, RefusesWhatIsNoneAndNamesTheArray) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::pair<StateChunk, std::string> cases[] = {

@@ -32,9 +32,6 @@ constexpr char kFactors[] = "factors";  // std, learning rate
 // Rows of one task of the value pass.
 constexpr int64_t kValueRows = 2048;
 
-// Rows that a normaliser taken over from another run counts for.
-constexpr double kInheritedRows = 131072;
-
 // The adaptive learning rate: step, and range relative to the recipe's.
 constexpr double kRateStep = 1.5;
 constexpr double kLeastRate = 0.1;

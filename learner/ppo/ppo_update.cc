@@ -7,12 +7,10 @@
 #include "absl/status/status.h"
 #include "common/status_macros.h"
 #include "learner/ppo/minibatches.h"
+#include "learner/update/gradient_scale.h"
 
 namespace sinew::learner {
 namespace {
-
-// Keeps a clipped norm a hair below its limit, and 0 / 0 away.
-constexpr double kNormFloor = 1e-6;
 
 // Sums of a minibatch over its shards.
 struct MinibatchFigures {
@@ -121,8 +119,8 @@ class Epochs {
           const auto network = static_cast<NetworkId>(task);
           SINEW_ASSIGN_OR_RETURN(norms[task], networks_.SumGradients(network));
           if (!std::isfinite(norms[task])) return absl::OkStatus();
-          const double scale = std::min(
-              1.0, settings_.max_gradient_norm / (norms[task] + kNormFloor));
+          const double scale =
+              GradientScale(norms[task], settings_.max_gradient_norm);
           return networks_.Step(network, settings_.learning_rate[task], scale);
         }));
     if (!std::isfinite(norms[0]) || !std::isfinite(norms[1])) {

@@ -59,6 +59,13 @@ void SummariseSegments(const std::vector<v1::Segment>& segments,
   }
 }
 
+std::vector<const v1::Segment*> PointersTo(
+    const std::vector<v1::Segment>& segments) {
+  std::vector<const v1::Segment*> pointers;
+  for (const v1::Segment& segment : segments) pointers.push_back(&segment);
+  return pointers;
+}
+
 }  // namespace
 
 Trainer::Trainer(Options options, std::unique_ptr<Learner> learner,
@@ -165,10 +172,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   SINEW_ASSIGN_OR_RETURN(const Collected collected, Collect());
   report.wait_seconds = SecondsSince(start);
   const auto prepare_start = std::chrono::steady_clock::now();
-  std::vector<const v1::Segment*> pointers;
-  for (const v1::Segment& segment : collected.training) {
-    pointers.push_back(&segment);
-  }
+  const auto pointers = PointersTo(collected.training);
   SINEW_RETURN_IF_ERROR(learner_->Prepare(pointers));
   report.label_seconds = SecondsSince(prepare_start);
   // From here on nothing waits for others; a failure is fatal.
@@ -183,7 +187,19 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   SINEW_ASSIGN_OR_RETURN(report.update, learner_->Update(pointers, iteration_));
   report.learn_seconds = SecondsSince(learn_start);
   const auto publish_start = std::chrono::steady_clock::now();
-  FinishEvaluations(collected.evaluation, report);
+  SINEW_RETURN_IF_ERROR(Conclude(collected.evaluation, report));
+  report.publish_seconds = SecondsSince(publish_start);
+  at_rest_ = true;
+  report.iteration = iteration_;
+  report.samples = samples_;
+  report.policy_version = snapshots_.back().snapshot.version();
+  report.curriculum = Summarise(curriculum_->table(), curriculum_->rule());
+  return report;
+}
+
+absl::Status Trainer::Conclude(const std::vector<v1::Segment>& evaluation,
+                               IterationReport& report) {
+  FinishEvaluations(evaluation, report);
   curriculum_->Reweigh();
   ++iteration_;
   samples_ += report.update.samples;
@@ -192,14 +208,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
   SINEW_RETURN_IF_ERROR(PublishSnapshot());
-  SINEW_RETURN_IF_ERROR(BeginEvaluationIfDue());
-  report.publish_seconds = SecondsSince(publish_start);
-  at_rest_ = true;
-  report.iteration = iteration_;
-  report.samples = samples_;
-  report.policy_version = snapshots_.back().snapshot.version();
-  report.curriculum = Summarise(curriculum_->table(), curriculum_->rule());
-  return report;
+  return BeginEvaluationIfDue();
 }
 
 void Trainer::FinishEvaluations(const std::vector<v1::Segment>& segments,

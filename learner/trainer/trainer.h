@@ -156,6 +156,9 @@ class Trainer {
   absl::Status Absorb(const std::vector<v1::Segment>& segments);
   // Whether an evaluation takes effect at the end of this iteration.
   bool IsDue(const v1::PendingEvaluation& pending) const;
+  // What comes after an update: evaluations, next iteration's snapshot.
+  absl::Status Conclude(const std::vector<v1::Segment>& evaluation,
+                        IterationReport& report);
   void FinishEvaluations(const std::vector<v1::Segment>& segments,
                          IterationReport& report);
   // Summary of the clips that starts are drawn from.

@@ -2,9 +2,13 @@
 #define SINEW_LEARNER_UPDATE_SEGMENT_VIEW_H_
 
 #include <cstdint>
+#include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/segment/segment_layout.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew::learner {
@@ -36,6 +40,18 @@ struct SegmentView {
 // has). INVALID_ARGUMENT names the order, the column, expected and found.
 absl::StatusOr<SegmentView> ViewSegment(const v1::Segment& segment,
                                         const v1::SegmentLayout& layout);
+
+// The numbers of a column that ViewSegment, or CheckColumns, has passed.
+// Protobuf's strings are aligned for any number.
+template <typename T>
+absl::Span<const T> ColumnOf(const v1::Segment& segment,
+                             absl::string_view name) {
+  const std::string& data = FindColumn(segment, name)->data();
+  return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
+}
+
+// "order ID: " before an error of a segment.
+absl::Status AtOrder(const v1::Segment& segment, const absl::Status& status);
 
 }  // namespace sinew::learner
 

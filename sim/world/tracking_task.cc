@@ -122,13 +122,6 @@ std::vector<std::string> TrackingTask::ObservationNames() const {
   return observation_.Names(names);
 }
 
-void TrackingTask::DrawConditions(const RandomKey& key, Conditions* conditions,
-                                  Workspace* work) const {
-  if (!randomisation_.on()) return;
-  randomisation_.Draw(key, conditions);
-  work->variant->Compute(conditions);
-}
-
 void TrackingTask::Refresh(mjData* data, Workspace* work) const {
   reader_.Read(data, &work->body);
 }

@@ -106,4 +106,11 @@ void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
   for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
 }
 
+void TrackingTask::DrawConditions(const RandomKey& key, Conditions* conditions,
+                                  Workspace* work) const {
+  if (!randomisation_.on()) return;
+  randomisation_.Draw(key, conditions);
+  work->variant->Compute(conditions);
+}
+
 }  // namespace sinew::world

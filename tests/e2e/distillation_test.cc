@@ -28,6 +28,7 @@ TrainingRig::Arguments Taught(const std::string& teacher,
                               const TrainingRig::Arguments& more = {}) {
   TrainingRig::Arguments arguments = {
       "--set", "task.action.placement=absolute",
+      "--set", "task.action.clip=100",
       "--set", "distillation.minibatch=32",
       "--set", "distillation.samples_per_insert=2",
       "--set", "distillation.memory.rows=128"};

@@ -120,7 +120,12 @@ absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
   }
   const SystemClock clock;
   if (!options.state.empty()) {
-    SINEW_RETURN_IF_ERROR(WriteCompactState(folder, options.state, clock));
+    SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
+                           bundle::ReadRunInputs(options.run));
+    const std::vector<v1::RunInputs::Source> sources(inputs.sources().begin(),
+                                                     inputs.sources().end());
+    SINEW_RETURN_IF_ERROR(
+        WriteCompactState(folder, options.state, clock, sources));
     absl::PrintF("%s\n", options.state);
     return absl::OkStatus();
   }

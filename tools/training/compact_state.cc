@@ -27,11 +27,33 @@ using checkpoint::ArtifactStore;
 using learner::Trainer;
 
 constexpr char kAssetList[] = "assets.pb";
+constexpr char kSourceList[] = "sources.pb";
 
 absl::StatusOr<std::unique_ptr<ArtifactStore>> Open(
     const std::string& folder, checkpoint::StoreAccess access,
     const Clock& clock) {
   return checkpoint::OpenStore(folder, access, rpc::Security(), clock);
+}
+
+absl::StatusOr<std::optional<std::vector<v1::RunInputs::Source>>> SourcesFrom(
+    const ArtifactFiles& files) {
+  const auto list = files.find(kSourceList);
+  if (list == files.end()) return std::nullopt;
+  v1::RunInputs inputs;
+  if (!inputs.ParseFromString(*list->second)) {
+    return absl::DataLossError(absl::StrCat(
+        "compact state: expected RunInputs in ", kSourceList, ", found ",
+        list->second->size(), " bytes of something else"));
+  }
+  return std::vector<v1::RunInputs::Source>(inputs.sources().begin(),
+                                            inputs.sources().end());
+}
+
+Blob SerializeSources(absl::Span<const v1::RunInputs::Source> sources) {
+  v1::RunInputs inputs;
+  inputs.mutable_sources()->Assign(sources.begin(), sources.end());
+  return std::make_shared<const std::string>(
+      SerializeDeterministically(inputs));
 }
 
 absl::StatusOr<CompactState> FromFiles(const ArtifactFiles& files) {
@@ -49,6 +71,7 @@ absl::StatusOr<CompactState> FromFiles(const ArtifactFiles& files) {
   for (const v1::Asset& asset : assets.assets()) {
     compact.assets[asset.role()] = asset.sha256();
   }
+  SINEW_ASSIGN_OR_RETURN(compact.sources, SourcesFrom(files));
   return compact;
 }
 
@@ -62,7 +85,9 @@ Trainer::State Compact(const Trainer::State& state) {
   counters.clear_open_orders();
   counters.clear_pending_evaluations();
   counters.clear_snapshots();
-  counters.clear_memory();
+  // What is forgotten was inserted and learnt from all the same: weights that
+  // are annealed, and draws, go on from there.
+  if (counters.has_memory()) counters.mutable_memory()->clear_chunks();
   counters.clear_environments();
   for (const v1::EnvironmentState& old : state.counters.environments()) {
     // The next episode, so that no random number is drawn twice.
@@ -72,8 +97,9 @@ Trainer::State Compact(const Trainer::State& state) {
   return compact;
 }
 
-absl::Status WriteCompactState(const std::string& checkpoints,
-                               const std::string& folder, const Clock& clock) {
+absl::Status WriteCompactState(
+    const std::string& checkpoints, const std::string& folder,
+    const Clock& clock, absl::Span<const v1::RunInputs::Source> sources) {
   if (FileExists(folder)) {
     return absl::AlreadyExistsError(
         absl::StrCat(folder, ": expected no such folder, found one"));
@@ -94,6 +120,7 @@ absl::Status WriteCompactState(const std::string& checkpoints,
         ": expected the list of the run's assets: ", list.status().message()));
   }
   files[kAssetList] = *list;
+  files[kSourceList] = SerializeSources(sources);
   v1::Artifact record;
   record.set_kind(learner::kStateKind);
   record.set_iteration(state.counters.iteration());

@@ -2,12 +2,16 @@
 #define SINEW_TOOLS_TRAINING_COMPACT_STATE_H_
 
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "common/clock.h"
 #include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/run.pb.h"
 
 namespace sinew::tools {
 
@@ -17,25 +21,33 @@ namespace sinew::tools {
 //   state.pb, tensors.safetensors   learner/state/state_files.h: weights,
 //                                   optimisers, normaliser, counters, table of
 //                                   clips; no environments under way, orders,
-//                                   snapshots, or memory of a distillation
+//                                   snapshots, or chunks of a distillation's
+//                                   memory; rows counted so far stay
 //   assets.pb                       v1::TaskAssets: digests of character,
 //                                   recipe and library it was trained with
+//   sources.pb                      v1::RunInputs with `sources` alone: the
+//                                   bundles that the run began with and learns
+//                                   from
 //
 // A run goes on from it by Trainer::Migrate: environments begin new episodes,
 // so its bits are not those of the run that was not moved.
 struct CompactState {
   learner::Trainer::State state;
   std::map<std::string, std::string> assets;  // SHA-256 by role
+  // Unset: written before there were any.
+  std::optional<std::vector<v1::RunInputs::Source>> sources;
 };
 
 // Of a state, what a compact one holds. Pure.
 learner::Trainer::State Compact(const learner::Trainer::State& state);
 
-// Writes the newest state in a run's folder checkpoints/ to a new folder.
-// Blocks on the disk. Errors: ALREADY_EXISTS: the folder is there; those of
-// LoadLatestState; DATA_LOSS: the run's assets are not listed.
+// Writes the newest state in a run's folder checkpoints/ to a new folder, with
+// `sources` of the run's inputs. Blocks on the disk. Errors: ALREADY_EXISTS:
+// the folder is there; those of LoadLatestState; DATA_LOSS: the run's assets
+// are not listed.
 absl::Status WriteCompactState(const std::string& checkpoints,
-                               const std::string& folder, const Clock& clock);
+                               const std::string& folder, const Clock& clock,
+                               absl::Span<const v1::RunInputs::Source> sources);
 
 // Blocks on the disk. Errors: NOT_FOUND: there is no such folder or state in
 // it; DATA_LOSS: it is damaged.

@@ -18,6 +18,7 @@
 #include "learner/state/state_store.h"
 #include "learner/state/testing/make_state.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 
 namespace sinew::tools {
 namespace {
@@ -41,6 +42,9 @@ learner::Trainer::State State(const std::string& assets) {
   state.counters.add_open_orders();
   state.counters.add_pending_evaluations();
   state.counters.mutable_curriculum()->add_clips()->set_name("walk");
+  learner::AddChunk("labelled", state);
+  state.counters.mutable_memory()->set_inserted_rows(640);
+  state.counters.mutable_memory()->set_sampled_rows(2560);
   return state;
 }
 
@@ -50,6 +54,8 @@ class CompactStateTest : public ::testing::Test {
     v1::Asset& asset = *list_.add_assets();
     asset.set_role("library");
     asset.set_sha256(std::string(64, 'a'));
+    source_.mutable_bundle()->set_role("teacher");
+    source_.mutable_bundle()->set_manifest_sha256("expert");
     from_ = TestPath("checkpoints");
     to_ = TestPath("state");
   }
@@ -65,7 +71,12 @@ class CompactStateTest : public ::testing::Test {
                 IsOk());
   }
 
+  absl::Status Write() const {
+    return WriteCompactState(from_, to_, clock_, {source_});
+  }
+
   const SystemClock clock_;
+  v1::RunInputs::Source source_;
   v1::TaskAssets list_;
   std::string from_, to_;
 };
@@ -73,7 +84,7 @@ class CompactStateTest : public ::testing::Test {
 TEST_F(CompactStateTest, HoldsWhatIsLearnedAndNothingThatIsUnderWay) {
   Save(/*with_list=*/true);
 
-  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+  ASSERT_THAT(Write(), IsOk());
   const auto compact = ReadCompactState(to_, clock_);
 
   ASSERT_THAT(compact, IsOk());
@@ -96,20 +107,46 @@ TEST_F(CompactStateTest, HoldsWhatIsLearnedAndNothingThatIsUnderWay) {
   EXPECT_EQ(counters.environments(1).physics_size(), 0);
 }
 
+TEST_F(CompactStateTest, ForgetsTheMemoryButNotHowFarItWas) {
+  Save(/*with_list=*/true);
+
+  ASSERT_THAT(Write(), IsOk());
+  const auto compact = ReadCompactState(to_, clock_);
+
+  ASSERT_THAT(compact, IsOk());
+  const v1::MemoryState& memory = compact->state.counters.memory();
+  EXPECT_EQ(memory.chunks_size(), 0);
+  EXPECT_TRUE(compact->state.chunks.empty());
+  EXPECT_EQ(memory.inserted_rows(), 640);
+  EXPECT_EQ(memory.sampled_rows(), 2560);
+}
+
+TEST_F(CompactStateTest, SaysWhatTheRunLearnsFrom) {
+  Save(/*with_list=*/true);
+
+  ASSERT_THAT(Write(), IsOk());
+  const auto compact = ReadCompactState(to_, clock_);
+
+  ASSERT_THAT(compact, IsOk());
+  ASSERT_TRUE(compact->sources.has_value());
+  ASSERT_EQ(compact->sources->size(), 1u);
+  EXPECT_EQ((*compact->sources)[0].bundle().role(), "teacher");
+  EXPECT_EQ((*compact->sources)[0].bundle().manifest_sha256(), "expert");
+}
+
 TEST_F(CompactStateTest, ReplacesNothing) {
   Save(/*with_list=*/true);
-  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+  ASSERT_THAT(Write(), IsOk());
 
-  EXPECT_THAT(WriteCompactState(from_, to_, clock_),
+  EXPECT_THAT(Write(),
               StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr(to_)));
 }
 
 TEST_F(CompactStateTest, NeedsTheListOfTheRunsAssets) {
   Save(/*with_list=*/false);
 
-  EXPECT_THAT(WriteCompactState(from_, to_, clock_),
-              StatusIs(absl::StatusCode::kDataLoss,
-                       HasSubstr("the list of the run's assets")));
+  EXPECT_THAT(Write(), StatusIs(absl::StatusCode::kDataLoss,
+                                HasSubstr("the list of the run's assets")));
   EXPECT_FALSE(FileExists(to_));
 }
 
@@ -117,7 +154,7 @@ TEST_F(CompactStateTest, IsRefusedIfItIsAbsentOrDamaged) {
   EXPECT_THAT(ReadCompactState(to_, clock_),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr(to_)));
   Save(/*with_list=*/true);
-  ASSERT_THAT(WriteCompactState(from_, to_, clock_), IsOk());
+  ASSERT_THAT(Write(), IsOk());
   const std::string blob =
       JoinPath(JoinPath(to_, "blobs"), Sha256Hex(list_.SerializeAsString()));
   ASSERT_THAT(WriteFileAtomically(blob, "damaged"), IsOk());

@@ -4,6 +4,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "common/digest.h"
+#include "common/files.h"
+#include "deploy/checkpoint/open_store.h"
 #include "proto/sinew/v1/checkpoint.pb.h"
 
 namespace sinew::tools {
@@ -71,6 +73,20 @@ Blob FindFallenStates(checkpoint::ArtifactStore& store,
     found.push_back(Note(artifact.id(), bytes.status().message()));
   }
   notes->insert(notes->end(), found.begin(), found.end());
+  return nullptr;
+}
+
+Blob FindFallenStatesAt(const FallenStatesPlace& place, const Clock& clock,
+                        const StopToken& stop,
+                        const std::map<std::string, std::string>& assets,
+                        std::vector<std::string>* notes) {
+  if (place.address.empty() && !FileExists(place.folder)) return nullptr;
+  const auto store = checkpoint::OpenStore(
+      place.address.empty() ? place.folder : place.address,
+      checkpoint::StoreAccess::kRead, place.security, clock, stop);
+  if (store.ok()) return FindFallenStates(**store, assets, notes);
+  notes->push_back(
+      absl::StrCat("fallen states are made anew: ", store.status().message()));
   return nullptr;
 }
 

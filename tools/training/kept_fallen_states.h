@@ -6,6 +6,9 @@
 #include <vector>
 
 #include "common/blobs/blob_source.h"
+#include "common/clock.h"
+#include "common/rpc/credentials.h"
+#include "common/stop.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 
 namespace sinew::tools {
@@ -21,6 +24,20 @@ namespace sinew::tools {
 Blob FindFallenStates(checkpoint::ArtifactStore& store,
                       const std::map<std::string, std::string>& assets,
                       std::vector<std::string>* notes);
+
+// Where a run keeps its assets: a checkpoint service, or else a folder.
+struct FallenStatesPlace {
+  std::string address = {};  // empty: the folder
+  std::string folder = {};   // there or not
+  rpc::Security security = {};
+};
+
+// The same of a store that is opened for it; null without a note if there is no
+// such folder.
+Blob FindFallenStatesAt(const FallenStatesPlace& place, const Clock& clock,
+                        const StopToken& stop,
+                        const std::map<std::string, std::string>& assets,
+                        std::vector<std::string>* notes);
 
 }  // namespace sinew::tools
 

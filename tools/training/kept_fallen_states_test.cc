@@ -11,6 +11,7 @@
 #include "common/clock.h"
 #include "common/digest.h"
 #include "common/files.h"
+#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -51,6 +52,7 @@ class KeptFallenStates : public ::testing::Test {
     return blob == nullptr ? "" : *blob;
   }
 
+  const SystemClock clock_;
   const Assets assets_ = {
       {"character", "c"}, {"model", "m"}, {"recipe", "r"}, {"library", "l"}};
   checkpoint::MemoryStore store_;
@@ -110,9 +112,8 @@ TEST_F(KeptFallenStates, OfADamagedRecordArePassedOver) {
   Assets kept = assets_;
   kept["fallen"] = "states";
   const std::string folder = ::sinew::testing::TestPath("checkpoints");
-  const SystemClock clock;
   {
-    const auto store = checkpoint::LocalStore::Open(folder, clock);
+    const auto store = checkpoint::LocalStore::Open(folder, clock_);
     ASSERT_THAT(store, IsOk());
     KeepIn(**store, "assets-1", kept);
   }
@@ -121,7 +122,7 @@ TEST_F(KeptFallenStates, OfADamagedRecordArePassedOver) {
   ASSERT_FALSE(bytes.empty());
   bytes[bytes.size() / 2] ^= 1;
   ASSERT_THAT(WriteFileAtomically(record, bytes), IsOk());
-  const auto store = checkpoint::LocalStore::OpenReadOnly(folder, clock);
+  const auto store = checkpoint::LocalStore::OpenReadOnly(folder, clock_);
   ASSERT_THAT(store, IsOk());
 
   EXPECT_EQ(FindFallenStates(**store, assets_, &notes_), nullptr);
@@ -129,6 +130,29 @@ TEST_F(KeptFallenStates, OfADamagedRecordArePassedOver) {
   EXPECT_THAT(notes_,
               ElementsAre(AllOf(HasSubstr("passed over a damaged record"),
                                 HasSubstr(record))));
+}
+
+TEST_F(KeptFallenStates, AreFoundInARunsFolderIfThereIsOne) {
+  Assets kept = assets_;
+  kept["fallen"] = "states";
+  const std::string folder = ::sinew::testing::TestPath("checkpoints");
+  const auto find = [&] {
+    return FindFallenStatesAt({.folder = folder}, clock_, StopToken(), assets_,
+                              &notes_);
+  };
+  EXPECT_EQ(find(), nullptr);
+  EXPECT_FALSE(FileExists(folder));
+  {
+    const auto store = checkpoint::LocalStore::Open(folder, clock_);
+    ASSERT_THAT(store, IsOk());
+    KeepIn(**store, "assets-1", kept);
+  }
+
+  const Blob found = find();
+
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(*found, "states");
+  EXPECT_THAT(notes_, IsEmpty());
 }
 
 TEST_F(KeptFallenStates, AreFoundAmongAssetsOfSeveralTasks) {

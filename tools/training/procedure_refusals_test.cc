@@ -120,6 +120,15 @@ TEST_F(ProcedureRunTest, RefusesPrimitivesFromElsewhere) {
   EXPECT_THAT(steps.trained(), IsEmpty());
 }
 
+TEST_F(ProcedureRunTest, RefusesATeacher) {
+  options_.teachers = {"bundles/expert"};
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--teacher")));
+  EXPECT_THAT(steps.trained(), IsEmpty());
+}
+
 TEST_F(ProcedureRunTest, RefusesARecordThatDoesNotFollow) {
   MadeUpSteps steps(3);
   ASSERT_THAT(Run(steps), IsOk());

@@ -60,6 +60,11 @@ absl::Status CheckOptions(const TrainingRun::Options& options) {
         "--continue: expected a recipe of one training, found a procedure, "
         "whose stages begin with each other's weights");
   }
+  if (!options.teachers.empty()) {
+    return absl::InvalidArgumentError(
+        "--teacher: expected a recipe with distillation, found one with a "
+        "procedure, whose stages learn without a teacher");
+  }
   return learner::ValidateStages(options.recipe);
 }
 

@@ -8,9 +8,11 @@
 namespace sinew::tools {
 namespace {
 
-absl::Status CheckSameTeacher(const v1::RunInputs& before,
+using Sources = std::vector<v1::RunInputs::Source>;
+
+absl::Status CheckSameTeacher(const Sources& before,
                               const v1::RunInputs::Source& teacher) {
-  for (const v1::RunInputs::Source& source : before.sources()) {
+  for (const v1::RunInputs::Source& source : before) {
     if (source.bundle().role() != "teacher") continue;
     const std::string& expected = source.bundle().manifest_sha256();
     const std::string& found = teacher.bundle().manifest_sha256();
@@ -24,25 +26,33 @@ absl::Status CheckSameTeacher(const v1::RunInputs& before,
   return absl::OkStatus();
 }
 
+// What was said so far; unset where it cannot be read.
+std::optional<Sources> SourcesBefore(const std::string& run,
+                                     const std::optional<Sources>& moved) {
+  if (moved) return moved;
+  const auto inputs = bundle::ReadRunInputs(run);
+  if (inputs.ok()) {
+    return Sources(inputs->sources().begin(), inputs->sources().end());
+  }
+  LogWarning("what the run began with cannot be read",
+             {{"reason", inputs.status().message()}});
+  return std::nullopt;
+}
+
 }  // namespace
 
-absl::StatusOr<std::vector<v1::RunInputs::Source>> RunSources(
-    const std::string& run, bool resumed, const InitialPolicy& initial,
-    const std::optional<RunTeacher>& teacher) {
+absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
+                                   const std::optional<Sources>& moved,
+                                   const InitialPolicy& initial,
+                                   const std::optional<RunTeacher>& teacher) {
   if (resumed) {
-    const auto before = bundle::ReadRunInputs(run);
-    if (before.ok()) {
-      if (teacher) {
-        SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, teacher->source));
-      }
-      return std::vector<v1::RunInputs::Source>(before->sources().begin(),
-                                                before->sources().end());
+    const std::optional<Sources> before = SourcesBefore(run, moved);
+    if (before && teacher) {
+      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, teacher->source));
     }
-    LogWarning("what the run began with cannot be read",
-               {{"reason", before.status().message()}});
+    if (before) return *before;
   }
-  SINEW_ASSIGN_OR_RETURN(std::vector<v1::RunInputs::Source> sources,
-                         InitialSources(initial));
+  SINEW_ASSIGN_OR_RETURN(Sources sources, InitialSources(initial));
   if (teacher) sources.push_back(teacher->source);
   return sources;
 }

@@ -52,8 +52,8 @@ TEST(RunSources, AreTheBundlesThatARunBeginsWithThenItsTeacher) {
   const Fixture f;
 
   const auto sources =
-      RunSources(f.run, /*resumed=*/false, {.init = f.bundle, .primitives = {}},
-                 f.Teacher("expert"));
+      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
+                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
@@ -70,13 +70,13 @@ TEST(RunSources, AreTheBundlesThatARunBeginsWithThenItsTeacher) {
 TEST(RunSources, StayAsTheyWereWhenARunIsResumed) {
   const Fixture f;
   const auto begun =
-      RunSources(f.run, /*resumed=*/false, {.init = f.bundle, .primitives = {}},
-                 f.Teacher("expert"));
+      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
+                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
   ASSERT_THAT(begun, IsOk());
   ASSERT_THAT(f.Save(*begun), IsOk());
 
-  const auto sources =
-      RunSources(f.run, /*resumed=*/true, {}, f.Teacher("expert"));
+  const auto sources = RunSources(
+      f.run, /*resumed=*/true, /*moved=*/std::nullopt, {}, f.Teacher("expert"));
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
@@ -87,10 +87,31 @@ TEST(RunSources, RefuseAnotherTeacherThanBefore) {
   const Fixture f;
   ASSERT_THAT(f.Save({f.Teacher("expert")->source}), IsOk());
 
-  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, {}, f.Teacher("novice")),
+  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
+                         f.Teacher("novice")),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr("--teacher"), HasSubstr("expert"),
                              HasSubstr("novice"))));
+}
+
+TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
+  const Fixture f;
+  const auto begun =
+      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
+                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
+  ASSERT_THAT(begun, IsOk());
+
+  const auto sources = RunSources(f.run, /*resumed=*/true, /*moved=*/*begun, {},
+                                  f.Teacher("expert"));
+
+  ASSERT_THAT(sources, IsOk());
+  ASSERT_EQ(sources->size(), 2u);
+  EXPECT_EQ((*sources)[0].bundle().role(), "init");
+  EXPECT_EQ((*sources)[1].bundle().role(), "teacher");
+  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/*begun, {},
+                         f.Teacher("novice")),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("expert"), HasSubstr("novice"))));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "teacher/client/remote_annotator.h"
 #include "teacher/local_annotator.h"
 #include "teacher/teacher_policy.h"
@@ -19,9 +20,20 @@ namespace {
 
 constexpr char kTeacher[] = "teacher";
 
-absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads) {
+// A step of the teacher's must last as long as the student's.
+absl::Status CheckControlRate(const v1::BundleManifest& manifest,
+                              const v1::Recipe& recipe) {
+  const double expected = recipe.physics().control_hz();
+  if (manifest.control_hz() == expected) return absl::OkStatus();
+  return Unfit("control_hz", absl::StrCat(expected),
+               absl::StrCat(manifest.control_hz()));
+}
+
+absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads,
+                                     const v1::Recipe& recipe) {
   SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy expert,
                          teacher::ReadTeacher(folder));
+  SINEW_RETURN_IF_ERROR(In(folder, CheckControlRate(expert.manifest, recipe)));
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator,
                          teacher::LocalAnnotator::Create(expert, threads));
@@ -63,16 +75,6 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
   if (options.teachers.empty()) return std::nullopt;
   const bool local =
       options.teachers.size() == 1 && FileExists(options.teachers[0]);
-  RunTeacher result;
-  if (local) {
-    SINEW_ASSIGN_OR_RETURN(result,
-                           ReadLocal(options.teachers[0], options.threads));
-  } else {
-    SINEW_ASSIGN_OR_RETURN(result, Connect(options));
-  }
-  SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
-                                     result.annotator->description(), recipe,
-                                     setup));
   if (recipe.distillation().teacher_share() > 0 && !local) {
     return absl::InvalidArgumentError(absl::StrCat(
         "recipe field distillation.teacher_share: expected 0 or a bundle's "
@@ -80,6 +82,16 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
         recipe.distillation().teacher_share(), " and ",
         absl::StrJoin(options.teachers, ", ")));
   }
+  RunTeacher result;
+  if (local) {
+    SINEW_ASSIGN_OR_RETURN(
+        result, ReadLocal(options.teachers[0], options.threads, recipe));
+  } else {
+    SINEW_ASSIGN_OR_RETURN(result, Connect(options));
+  }
+  SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
+                                     result.annotator->description(), recipe,
+                                     setup));
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;
 }

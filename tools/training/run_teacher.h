@@ -41,8 +41,10 @@ struct RunTeacherOptions {
 
 // Unset where the recipe (defaults filled) has no distillation and there are no
 // teachers. Checks that the teacher is of the task's character, observes what
-// the student observes, and places its targets as distillation.teacher_action
-// says.
+// the student observes, places its targets as distillation.teacher_action
+// says, and, of a bundle's folder, that it was trained at the task's control
+// rate: what `sinew teacher` says of its bundle does not name the rate, so that
+// whoever starts one has to see to it.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

@@ -7,8 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_bundle.h"
 #include "proto/sinew/v1/teacher.pb.h"
+#include "sim/world/testing/toy_world.h"
 
 namespace sinew::tools {
 namespace {
@@ -88,6 +92,32 @@ TEST(RunTeacher, IsThereWhereTheRecipeHasDistillationAndOnlyThere) {
   const auto none = OpenTeacher({.teachers = {}}, run.recipe, run.setup);
   ASSERT_THAT(none.status(), IsOk());
   EXPECT_FALSE(none->has_value());
+}
+
+TEST(RunTeacher, OfABundleHasTheControlRateOfTheTask) {
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  const std::string bundle = JoinPath(toy.folder, "bundle");
+  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
+              IsOk());
+  v1::Recipe recipe = toy.recipe;
+  recipe.mutable_distillation();
+  recipe.mutable_physics()->set_control_hz(60);
+
+  EXPECT_THAT(OpenTeacher({.teachers = {bundle}}, recipe, TaskSetup()).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(bundle),
+                             HasSubstr("control_hz: expected 60, found 30"))));
+}
+
+TEST(RunTeacher, ThatActsInAShareOfEpisodesIsABundleHere) {
+  Fitting run;
+  run.recipe.mutable_distillation()->set_teacher_share(0.25);
+
+  EXPECT_THAT(OpenTeacher({.teachers = {"unix:/nobody"}}, run.recipe, run.setup)
+                  .status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("distillation.teacher_share"),
+                             HasSubstr("found 0.25 and unix:/nobody"))));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "sim/motion/library.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/mirror.h"
+#include "tools/training/student_reach.h"
 
 namespace sinew::tools {
 namespace {
@@ -103,6 +104,7 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();
+  SINEW_RETURN_IF_ERROR(CheckReach(recipe, body.joints()));
   for (const character::JointInfo& joint : body.joints()) {
     setup.joints.push_back(joint.name);
   }

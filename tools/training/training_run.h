@@ -20,6 +20,7 @@
 #include "learner/state/state_saver.h"
 #include "learner/trainer/trainer.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 #include "tools/training/best_policy.h"
 #include "tools/training/metrics_log.h"
 #include "tools/training/progress.h"
@@ -182,6 +183,7 @@ class TrainingRun {
   // Unset, or what `state_` was trained with: it is a compact one, of a run
   // that was elsewhere.
   std::optional<std::map<std::string, std::string>> moved_assets_;
+  std::optional<std::vector<v1::RunInputs::Source>> moved_sources_;
   // The newest state is of another library, which the run is to leave, or is a
   // compact one.
   bool migrates_ = false;

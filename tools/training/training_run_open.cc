@@ -11,11 +11,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/build_info.h"
-#include "common/files.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
-#include "deploy/checkpoint/open_store.h"
 #include "learner/learner.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
@@ -27,25 +25,6 @@
 
 namespace sinew::tools {
 namespace {
-
-// The fallen states of a run that is there already, or null. What there is to
-// say of it goes to `notes`, since the run's log is not open yet.
-Blob KeptFallenStatesOf(const TrainingRun::Options& options, const Clock& clock,
-                        const StopToken& stop,
-                        const std::map<std::string, std::string>& assets,
-                        std::vector<std::string>* notes) {
-  std::string where = options.checkpoint_address;
-  if (where.empty()) {
-    where = RunFolder::CheckpointsOf(options.directory);
-    if (!FileExists(where)) return nullptr;
-  }
-  const auto store = checkpoint::OpenStore(
-      where, checkpoint::StoreAccess::kRead, options.security, clock, stop);
-  if (store.ok()) return FindFallenStates(**store, assets, notes);
-  notes->push_back(
-      absl::StrCat("fallen states are made anew: ", store.status().message()));
-  return nullptr;
-}
 
 InitialPolicy InitialOf(const TrainingRun::Options& options) {
   return {.init = options.init, .primitives = options.primitives};
@@ -76,13 +55,17 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
         "--continue: expected neither --init nor --primitives beside it, since "
         "it has weights of its own, found one of them");
   }
+  // The run's log is not open yet.
   std::vector<std::string> notes;
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
       SetUpTask(options.recipe, options.character, options.motions,
                 [&](const std::map<std::string, std::string>& others) {
-                  return KeptFallenStatesOf(options, clock, stop, others,
-                                            &notes);
+                  return FindFallenStatesAt(
+                      {.address = options.checkpoint_address,
+                       .folder = RunFolder::CheckpointsOf(options.directory),
+                       .security = options.security},
+                      clock, stop, others, &notes);
                 }));
   SINEW_ASSIGN_OR_RETURN(std::optional<RunTeacher> teacher,
                          OpenTeacher({.teachers = options.teachers,
@@ -119,7 +102,7 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::RunInputs::Source> sources,
       RunSources(folder_->path(), /*resumed=*/state_.has_value(),
-                 InitialOf(options_), teacher_));
+                 moved_sources_, InitialOf(options_), teacher_));
   SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
       folder_->path(), options_.character, *setup.library, sources));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
@@ -143,6 +126,7 @@ absl::Status TrainingRun::LoadCompactState() {
                          ReadCompactState(options_.continue_from, clock_));
   state_ = std::move(compact.state);
   moved_assets_ = std::move(compact.assets);
+  moved_sources_ = std::move(compact.sources);
   migrates_ = true;
   return absl::OkStatus();
 }

@@ -1,7 +1,6 @@
 #include "learner/distillation/testing/distillation_rig.h"
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -31,9 +30,11 @@ std::string Bytes(const std::vector<T>& values) {
                      values.size() * sizeof(T));
 }
 
-v1::Segment MakeSegment(const Visited& visited, int64_t iteration, int order) {
+using Columns = std::map<std::string, std::string>;
+
+// Bytes of the columns that are not 0, by name.
+Columns DrawColumns(const Visited& visited, uint64_t seed) {
   const int64_t rows = int64_t{kHorizon} * visited.environments;
-  const uint64_t seed = visited.seed + 1000 * iteration + order;
   std::vector<float> observations = Normal(seed, 1, rows * kObservation);
   for (float& value : observations) value = kShift + kSpread * value;
   std::vector<double> teacher_base, base;
@@ -48,13 +49,17 @@ v1::Segment MakeSegment(const Visited& visited, int64_t iteration, int order) {
     valid.push_back(u >= visited.invalid_share);
     terminated.push_back(u < visited.invalid_share + visited.terminated_share);
   }
-  const std::map<std::string, std::string> data = {
-      {"observation", Bytes(observations)},
-      {"teacher_base", Bytes(teacher_base)},
-      {"base", Bytes(base)},
-      {"reward", Bytes(std::vector<float>(rows, 0.5F))},
-      {"valid", Bytes(valid)},
-      {"terminated", Bytes(terminated)}};
+  return {{"observation", Bytes(observations)},
+          {"teacher_base", Bytes(teacher_base)},
+          {"base", Bytes(base)},
+          {"reward", Bytes(std::vector<float>(rows, 0.5F))},
+          {"valid", Bytes(valid)},
+          {"terminated", Bytes(terminated)}};
+}
+
+v1::Segment MakeSegment(const Visited& visited, int64_t iteration, int order) {
+  const Columns data =
+      DrawColumns(visited, visited.seed + 1000 * iteration + order);
   v1::Segment segment;
   segment.set_order_id(10 * iteration + order);
   segment.set_kind(v1::Order::KIND_TRAIN);
@@ -101,9 +106,9 @@ absl::Status SyntheticTeacher::Annotate(const teacher::Rows& rows,
                (rows.observations[r * kObservation + o] - kShift) / kSpread;
       }
       targets[r * kAction + a] =
-          answers_nan ? std::numeric_limits<double>::quiet_NaN()
-                      : rows.bases[r * kAction + a] +
-                            0.3 * std::tanh(sum / std::sqrt(kObservation));
+          answers ? *answers
+                  : rows.bases[r * kAction + a] +
+                        0.3 * std::tanh(sum / std::sqrt(kObservation));
     }
   }
   return absl::OkStatus();

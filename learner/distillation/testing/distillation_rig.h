@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,9 @@ class SyntheticTeacher : public teacher::Annotator {
 
   v1::DescribeTeacherResponse& mutable_description() { return description_; }
 
-  // What it answers from now on: an error, or a number in all targets.
+  // What it answers from now on: an error, or this number in all targets.
   absl::Status failure;
-  bool answers_nan = false;
+  std::optional<double> answers;
   std::atomic<int64_t> rows_seen = 0;
   std::atomic<int64_t> calls = 0;
 
