@@ -64,7 +64,8 @@ v1::Segment MakeSegment(const Visited& visited, int64_t iteration, int order) {
   segment.set_order_id(10 * iteration + order);
   segment.set_kind(v1::Order::KIND_TRAIN);
   segment.set_iteration(iteration);
-  for (const auto& column : StudentLayout().columns()) {
+  const v1::SegmentLayout layout = StudentLayout();
+  for (const v1::SegmentLayout::Column& column : layout.columns()) {
     v1::Tensor& tensor = *segment.add_columns();
     tensor.set_name(column.name());
     tensor.set_dtype(column.dtype());
