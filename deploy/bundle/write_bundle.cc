@@ -27,9 +27,8 @@ absl::Status CheckGraphName(const std::string& name) {
     return absl::OkStatus();
   }
   return absl::InvalidArgumentError(
-      absl::StrCat("graphs: expected a name that a file may have, found "
-                   ", name, "
-                   ""));
+      absl::StrCat("graphs: expected a name that a file may have, found \"",
+                   name, "\""));
 }
 
 // All files but the manifest.
