@@ -7,13 +7,15 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
+#include "common/json_fields.h"
 #include "common/policy/ports.h"
+#include "tools/evaluation/figures_table.h"
 
 namespace sinew::zoo {
 namespace {
 
+using evaluation::TableCell;
 using Json = nlohmann::json;
 
 // Names by credit and licence.
@@ -38,8 +40,8 @@ int Count(const Credits& credits) {
 void AddRows(const Credits& credits, absl::string_view kind,
              std::string* text) {
   for (const auto& [credit, names] : credits) {
-    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ", Cell(credit),
-                    " |\n");
+    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ",
+                    TableCell(credit), " |\n");
   }
 }
 
@@ -48,7 +50,7 @@ std::string Names(const Credits& credits) {
   for (const auto& [credit, names] : credits) {
     all.insert(all.end(), names.begin(), names.end());
   }
-  return Cell(absl::StrJoin(all, ", "));
+  return TableCell(absl::StrJoin(all, ", "));
 }
 
 std::set<std::string> LeftOut(const CardFacts& facts) {
@@ -63,11 +65,6 @@ std::set<std::string> LeftOut(const CardFacts& facts) {
   return names;
 }
 
-double NumberAt(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
-}
-
 bool Failed(const Json& clip) {
   const auto success = clip.find("success");
   return success != clip.end() && *success == false;
@@ -75,7 +72,7 @@ bool Failed(const Json& clip) {
 
 // When a clip fails first, or nothing.
 std::string FailedAt(const Json& clip, double frames_per_second) {
-  const double frame = NumberAt(clip, "failed_at_frame");
+  const double frame = NumberAt(clip, {"failed_at_frame"});
   if (frame < 0 || !(frames_per_second > 0)) return "-";
   return absl::StrFormat("%.1f s", frame / frames_per_second);
 }
@@ -92,11 +89,11 @@ std::string ClipRow(const CardFacts& facts, const Json& clip) {
   }
   const double rate = facts.library.frames_per_second();
   const auto zero = clip.find("zero_action");
-  return absl::StrFormat("| %s | %s | %s | %.0f mm | %s | %.2f |\n", Cell(name),
-                         clip.contains("left_out") ? "left out" : "trained on",
-                         FailedAt(clip, rate), NumberAt(clip, "e_g_mpjpe_mm"),
-                         zero == clip.end() ? "-" : FailedAt(*zero, rate),
-                         force);
+  return absl::StrFormat(
+      "| %s | %s | %s | %.0f mm | %s | %.2f |\n", TableCell(name),
+      clip.contains("left_out") ? "left out" : "trained on",
+      FailedAt(clip, rate), NumberAt(clip, {"e_g_mpjpe_mm"}),
+      zero == clip.end() ? "-" : FailedAt(*zero, rate), force);
 }
 
 std::string Seed(const CardFacts& facts) {
@@ -124,11 +121,6 @@ std::string PythonSnippet(const CardFacts& facts) {
 }
 
 }  // namespace
-
-std::string Cell(const std::string& text) {
-  return absl::StrReplaceAll(
-      text, {{"|", "\\|"}, {"\n", " "}, {"<", "&lt;"}, {">", "&gt;"}});
-}
 
 std::string TrainedOnChapter(const CardFacts& facts) {
   const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
@@ -200,8 +192,8 @@ std::string ReproduceChapter(const CardFacts& facts) {
     absl::StrAppend(&text,
                     "    ./sinew eval --bundle RUN/bundle --motions LIB "
                     "--starts ",
-                    NumberAt(facts.evaluation, "starts_per_clip"),
-                    " --seconds ", NumberAt(facts.evaluation, "seconds"),
+                    NumberAt(facts.evaluation, {"starts_per_clip"}),
+                    " --seconds ", NumberAt(facts.evaluation, {"seconds"}),
                     " --out eval.json\n");
   }
   absl::StrAppend(
