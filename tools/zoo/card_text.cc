@@ -2,6 +2,7 @@
 
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -120,6 +121,41 @@ std::string PythonSnippet(const CardFacts& facts) {
       "]\n```\n");
 }
 
+// The flags by which a run takes its sources.
+std::string SourceFlags(const v1::BundleProvenance& provenance) {
+  std::string flags;
+  for (const auto& [role, flag] :
+       {std::pair("init", "--init"), std::pair("primitive", "--primitives"),
+        std::pair("teacher", "--teacher")}) {
+    std::string bundles;
+    for (const v1::BundleSource& source : provenance.sources()) {
+      if (source.role() != role) continue;
+      absl::StrAppend(&bundles, " ",
+                      source.recipe().empty() ? "BUNDLE" : source.recipe());
+    }
+    if (!bundles.empty()) absl::StrAppend(&flags, " ", flag, bundles);
+  }
+  return flags;
+}
+
+// Of bundles that others steer by what lies in the latent.
+std::string LatentSnippet(int64_t width) {
+  if (width == 0) return "";
+  return absl::StrCat("\nWithout any reference, by its latent of ", width,
+                      " numbers (no library is loaded then):\n\n"
+                      "```c\n"
+                      "double mean[",
+                      width, "], std[", width,
+                      "];\n"
+                      "sinew_prior(policy, &state, mean, std, ",
+                      width,
+                      ");  /* likely moves */\n"
+                      "sinew_decode(policy, &state, mean, ",
+                      width,
+                      ", target);  /* or your own */\n"
+                      "```\n");
+}
+
 }  // namespace
 
 std::string TrainedOnChapter(const CardFacts& facts) {
@@ -136,6 +172,13 @@ std::string TrainedOnChapter(const CardFacts& facts) {
       ".\n\n| clips | | credit and licence |\n|---|---|---|\n");
   AddRows(trained, "trained on", &text);
   AddRows(others, "left out", &text);
+  if (provenance.sources_size() > 0) {
+    absl::StrAppend(
+        &text,
+        "\nWhich clips were left out when the bundles that it was made from "
+        "(see Training) were trained is not known here: they may have seen "
+        "clips that are left out above.\n");
+  }
   absl::StrAppend(&text, "\nLicences of clips and character:\n\n");
   for (const std::string& licence : provenance.data_licences()) {
     absl::StrAppend(&text, "- ", licence, "\n");
@@ -185,7 +228,8 @@ std::string ReproduceChapter(const CardFacts& facts) {
           ? facts.command
           : absl::StrCat("./sinew train --recipe ", facts.run.recipe,
                          " --character ", manifest.character(),
-                         " --motions LIB --run RUN --seed ", Seed(facts));
+                         " --motions LIB --run RUN --seed ", Seed(facts),
+                         SourceFlags(manifest.provenance()));
   std::string text =
       absl::StrCat("## How to make it again\n\n    ", trained, "\n");
   if (facts.evaluation.is_object()) {
@@ -219,7 +263,9 @@ std::string LoadChapter(const CardFacts& facts) {
       "sinew_step(policy, &state, target);  /* ",
       facts.bundle.manifest.control_hz(),
       " times a second */\n"
-      "```\n\nIn Python, the network alone (onnxruntime, numpy):\n\n",
+      "```\n",
+      LatentSnippet(facts.bundle.manifest.latent_width()),
+      "\nIn Python, the network alone (onnxruntime, numpy):\n\n",
       PythonSnippet(facts));
 }
 
