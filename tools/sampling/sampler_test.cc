@@ -163,6 +163,21 @@ TEST(Sampler, TheZeroActionUsesNoNetwork) {
   EXPECT_THAT(motions[0].latent, SizeIs(0));
 }
 
+TEST(Sampler, ADivergedSampleEndsWithItsLastSoundState) {
+  const Toy toy;
+  std::vector<SampleStart> starts = toy.Starts(2);
+  starts[0].qvel[0] = 1e12;  // beyond what MuJoCo takes for a velocity
+
+  const auto motions =
+      toy.Run({.starts = starts, .steps = 3, .noise = std::nullopt});
+
+  ASSERT_THAT(motions, SizeIs(2));
+  EXPECT_TRUE(motions[0].diverged);
+  EXPECT_EQ(motions[0].frames(), 1);
+  EXPECT_FALSE(motions[1].diverged);
+  EXPECT_EQ(motions[1].frames(), 4);
+}
+
 TEST(Sampler, StopsWhenItIsAskedTo) {
   const Toy toy;
   const std::vector<SampleStart> starts = toy.Starts(1);
