@@ -87,6 +87,8 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     for (const std::string& clip : source.clips()) add(clip);
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
+    // A teacher elsewhere is known by its digest alone.
+    if (source.data_licences().empty()) licences.insert(OrUnknown(""));
   }
   for (const std::string& licence : licences) {
     provenance.add_data_licences(licence);

@@ -43,7 +43,8 @@ struct ContentInputs {
 // gains and limits, tracked bodies, layout and widths of the observation (and
 // of the latent, where the snapshot has graphs for one), action law, physics,
 // provenance. The sources' clips and licences stand behind the library's own,
-// each once. Metrics are left unset. Deterministic.
+// each once; of a source that names no licence, the licence is "unknown".
+// Metrics are left unset. Deterministic.
 //
 // Thread-safety: pure. Blocking: never. Errors: INVALID_ARGUMENT naming what
 // does not fit: a snapshot that is none, its weights, a block of the recipe.

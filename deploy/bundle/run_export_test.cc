@@ -101,6 +101,24 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0", "CC-BY-4.0"));
 }
 
+TEST(ExportRun, SaysThatTheLicencesOfATeacherElsewhereAreUnknown) {
+  const FinishedRun run;
+  v1::RunInputs::Source source;
+  source.mutable_bundle()->set_role("teacher");
+  source.mutable_bundle()->set_manifest_sha256("abc");
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {source}),
+      IsOk());
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(bundle->manifest.provenance().data_licences(),
+              ElementsAre("Apache-2.0", "unknown"));
+}
+
 // A frozen copy of the graph "policy", as a run has whose teacher acts at
 // times.
 void AddTeacher(v1::Snapshot& snapshot) {

@@ -26,10 +26,8 @@ absl::Status CheckGraphName(const std::string& name) {
   if (IsBundlePath(name) && !absl::StrContains(name, '/')) {
     return absl::OkStatus();
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("graphs: expected a name that a file may have, found "
-                   ", name, "
-                   ""));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "graphs: expected a name that a file may have, found \"", name, "\""));
 }
 
 // All files but the manifest.

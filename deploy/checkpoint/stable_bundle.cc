@@ -35,8 +35,15 @@ absl::Status MoveStable(ArtifactStore& store, const std::string& id,
   }
   if (!incumbent.empty()) {
     SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent));
+    return store.SetAlias(kStable, id, incumbent);
   }
-  return store.SetAlias(kStable, id, incumbent);
+  // Nothing to compare with: whoever came last has set it.
+  SINEW_RETURN_IF_ERROR(store.SetAlias(kStable, id));
+  SINEW_ASSIGN_OR_RETURN(const std::string now, StableBundle(store));
+  if (now == id) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("alias \"", kStable, "\": expected ", id, ", found ",
+                   now.empty() ? "none" : now, ": it has moved"));
 }
 
 absl::StatusOr<std::string> RollBackStable(ArtifactStore& store) {

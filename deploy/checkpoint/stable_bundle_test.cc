@@ -2,7 +2,9 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
+#include "absl/types/span.h"
 #include "common/clock.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
@@ -50,6 +52,55 @@ class StableBundleTest : public ::testing::Test {
   const SystemClock clock_;
   std::unique_ptr<ArtifactStore> store_;
 };
+
+// A store in which somebody else moves an alias right after it was set.
+class OvertakenStore final : public ArtifactStore {
+ public:
+  OvertakenStore(ArtifactStore& store, std::string id)
+      : store_(store), id_(std::move(id)) {}
+
+  absl::StatusOr<Blob> GetBlob(const std::string& sha256) override {
+    return store_.GetBlob(sha256);
+  }
+  absl::StatusOr<std::string> PutBlob(const Blob& blob) override {
+    return store_.PutBlob(blob);
+  }
+  absl::Status PutArtifact(const v1::Artifact& artifact) override {
+    return store_.PutArtifact(artifact);
+  }
+  absl::StatusOr<v1::Artifact> GetArtifact(const std::string& name) override {
+    return store_.GetArtifact(name);
+  }
+  absl::StatusOr<v1::ListArtifactsResponse> ListArtifacts(
+      const std::string& kind) override {
+    return store_.ListArtifacts(kind);
+  }
+  absl::Status SetAlias(const std::string& alias, const std::string& id,
+                        const std::string& expected_id) override {
+    const absl::Status status = store_.SetAlias(alias, id, expected_id);
+    EXPECT_THAT(store_.SetAlias(alias, id_), IsOk());
+    return status;
+  }
+  absl::Status Retain(const std::string& kind, int keep) override {
+    return store_.Retain(kind, keep);
+  }
+  absl::Status DropBlobs(absl::Span<const std::string> sha256s) override {
+    return store_.DropBlobs(sha256s);
+  }
+
+ private:
+  ArtifactStore& store_;
+  const std::string id_;
+};
+
+TEST_F(StableBundleTest, SeesThatAnotherFirstOneCameAfterIt) {
+  OvertakenStore overtaken(*store_, "b");
+
+  EXPECT_THAT(MoveStable(overtaken, "a", ""),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("alias \"stable\": expected a, found b")));
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("b"));
+}
 
 TEST_F(StableBundleTest, IsNoneAtFirst) {
   EXPECT_THAT(StableBundle(*store_), IsOkAndHolds(""));

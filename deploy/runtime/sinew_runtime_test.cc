@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
@@ -167,6 +168,34 @@ TEST(CInterface, RefusesALatentOfTheWrongSize) {
   EXPECT_EQ(sinew_decode(handle.policy, &handle.state, nullptr, 6, target), -1);
   EXPECT_STREQ(sinew_error(handle.policy),
                "latent: expected a pointer, found NULL");
+}
+
+TEST(CInterface, NamesEveryPointerThatIsMissing) {
+  LatentHandle handle;
+  sinew_runtime* policy = handle.policy;
+  const sinew_pose* state = &handle.state;
+  double* mean = handle.mean.data();
+  double* spread = handle.spread.data();
+  double target[4];
+  const auto expect = [&](int result, const char* name) {
+    EXPECT_EQ(result, -1) << name;
+    EXPECT_EQ(sinew_error(policy),
+              absl::StrCat(name, ": expected a pointer, found NULL"));
+  };
+
+  expect(sinew_self_observation(policy, nullptr, mean, 6), "state");
+  expect(sinew_self_observation(policy, state, nullptr, 6), "observation");
+  expect(sinew_encode(policy, nullptr, nullptr, mean, spread, 6), "state");
+  expect(sinew_encode(policy, state, nullptr, nullptr, spread, 6), "mean");
+  expect(sinew_encode(policy, state, nullptr, mean, nullptr, 6), "std");
+  expect(sinew_prior(policy, nullptr, mean, spread, 6), "state");
+  expect(sinew_prior(policy, state, nullptr, spread, 6), "mean");
+  expect(sinew_prior(policy, state, mean, nullptr, 6), "std");
+  expect(sinew_decode(policy, nullptr, mean, 6, target), "state");
+  expect(sinew_decode(policy, state, mean, 6, nullptr), "target");
+  expect(sinew_sample(policy, nullptr, mean, 6, target), "state");
+  expect(sinew_sample(policy, state, nullptr, 6, target), "noise");
+  expect(sinew_sample(policy, state, mean, 6, nullptr), "target");
 }
 
 TEST(CInterface, SaysThatABundleHasNoLatent) {

@@ -46,12 +46,17 @@ void AddPair(const PosePath& a, const PosePath& b, DiversityFigures& sums) {
 
 }  // namespace
 
-void DiversityMeter::AddGroup(absl::Span<const PosePath> group) {
+absl::Status DiversityMeter::AddGroup(absl::Span<const PosePath> group,
+                                      const StopToken& stop) {
   for (size_t i = 0; i < group.size(); ++i) {
     for (size_t j = i + 1; j < group.size(); ++j) {
+      if (stop.stop_requested()) {
+        return absl::CancelledError("diversity: stopped before its end");
+      }
       AddPair(group[i], group[j], sums_);
     }
   }
+  return absl::OkStatus();
 }
 
 DiversityFigures DiversityMeter::figures() const {

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/types/span.h"
+#include "common/stop.h"
 
 namespace sinew::metrics {
 
@@ -41,12 +43,14 @@ struct DiversityFigures {
 
 // Adds up groups; pairs of groups with one frame alone do not count.
 //
-// Thread-safety: one caller. Ownership: none. Blocking: never. Errors: none;
-// CHECKs paths with as many points per frame.
+// Thread-safety: one caller. Ownership: none. Blocking: computes. Errors:
+// AddGroup; CHECKs paths with as many points per frame.
 class DiversityMeter {
  public:
-  // Motions that began in one state.
-  void AddGroup(absl::Span<const PosePath> group);
+  // Motions that began in one state. CANCELLED between two pairs; then the
+  // figures mean nothing.
+  absl::Status AddGroup(absl::Span<const PosePath> group,
+                        const StopToken& stop = {});
   DiversityFigures figures() const;
 
  private:

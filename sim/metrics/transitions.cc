@@ -202,12 +202,16 @@ TransitionFigures SummariseMatch(const TransitionMatch& match, int features,
   figures.generated = static_cast<int64_t>(match.generated_distance.size());
   if (figures.library == 0 || figures.generated == 0) return figures;
   int64_t far = 0;
+  double squared_within = 0;
   std::vector<bool> matched(match.library_distance.size());
   for (size_t g = 0; g < match.generated_distance.size(); ++g) {
     const double distance = match.generated_distance[g];
     figures.distance += distance;
-    figures.squared += 2 * features * distance * distance;
-    far += Covered(distance, threshold) ? 0 : 1;
+    const double squared = 2 * features * distance * distance;
+    const bool within = Covered(distance, threshold);
+    figures.squared += squared;
+    squared_within += within ? squared : 0;
+    far += within ? 0 : 1;
     matched[static_cast<size_t>(match.generated_nearest[g])] = true;
   }
   const auto covered = std::count_if(
@@ -217,6 +221,10 @@ TransitionFigures SummariseMatch(const TransitionMatch& match, int features,
   const auto library = static_cast<double>(figures.library);
   figures.distance /= generated;
   figures.squared /= generated;
+  if (far < figures.generated) {
+    figures.squared_within =
+        squared_within / static_cast<double>(figures.generated - far);
+  }
   figures.far_share = static_cast<double>(far) / generated;
   figures.coverage = static_cast<double>(covered) / library;
   figures.matched =

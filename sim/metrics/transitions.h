@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -30,7 +31,9 @@ namespace sinew::metrics {
 // For generated transitions G, library transitions L and a threshold theta:
 //
 //   distance   mean over g in G of min over l of d(g, l)
-//   squared    mean over g in G of min over l of 2 F d(g, l)^2   (the paper's)
+//   squared    mean over g in G of min over l of 2 F d(g, l)^2
+//   squared_within   the same over those g with d <= theta alone (the paper's
+//              distance, over its valid transitions); NaN if there are none
 //   far        share of G with min over l of d(g, l) > theta
 //   coverage   share of L with min over g of d(g, l) <= theta
 //   matched    share of L that is the nearest one of some g (the paper's
@@ -111,6 +114,7 @@ struct TransitionFigures {
   int64_t generated = 0;  // |G|
   double distance = 0;
   double squared = 0;
+  double squared_within = std::numeric_limits<double>::quiet_NaN();
   double far_share = 0;
   double coverage = 0;
   double matched = 0;

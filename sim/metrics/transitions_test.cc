@@ -173,9 +173,23 @@ TEST(SummariseMatch, CountsCoverageByThresholdAndByNearest) {
   EXPECT_DOUBLE_EQ(figures.distance, 0.6);
   // 2 F times the mean of 0.25, 1 and 0.09: 6 * 1.34 / 3.
   EXPECT_DOUBLE_EQ(figures.squared, 2.68);
+  // Of 0.25 and 0.09 alone: 6 * 0.34 / 2.
+  EXPECT_DOUBLE_EQ(figures.squared_within, 1.02);
   EXPECT_DOUBLE_EQ(figures.far_share, 1.0 / 3);
   EXPECT_DOUBLE_EQ(figures.coverage, 0.5);  // 0.3 and 0.5
   EXPECT_DOUBLE_EQ(figures.matched, 0.5);   // 0 and 2
+}
+
+TEST(SummariseMatch, HasNoMeanOverNoTransitions) {
+  const TransitionMatch match = {.generated_distance = {0.6},
+                                 .generated_nearest = {0},
+                                 .library_distance = {0.6}};
+
+  const TransitionFigures figures =
+      SummariseMatch(match, /*features=*/3, /*threshold=*/0.5);
+
+  EXPECT_DOUBLE_EQ(figures.far_share, 1);
+  EXPECT_TRUE(std::isnan(figures.squared_within));
 }
 
 TEST(SharedCoverage, IsOfWhatTheOtherCovers) {

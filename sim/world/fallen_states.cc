@@ -153,19 +153,20 @@ absl::Status CheckPositions(absl::Span<const double> qpos, int width,
 absl::StatusOr<FallenStates> FallenStates::Make(
     const character::Character& character, const v1::Recipe& recipe, int count,
     uint64_t seed) {
-  return MakeFrom(character, recipe, count, seed, /*first_environment=*/0);
+  return MakeFrom(character, recipe, count, seed, /*first_environment=*/0,
+                  StopToken());
 }
 
 absl::StatusOr<FallenStates> FallenStates::MakeForEvaluation(
-    const character::Character& character, const v1::Recipe& recipe,
-    int count) {
-  return MakeFrom(character, recipe, count, kEvaluationSeed,
-                  kFirstOfEvaluation);
+    const character::Character& character, const v1::Recipe& recipe, int count,
+    const StopToken& stop) {
+  return MakeFrom(character, recipe, count, kEvaluationSeed, kFirstOfEvaluation,
+                  stop);
 }
 
 absl::StatusOr<FallenStates> FallenStates::MakeFrom(
     const character::Character& character, const v1::Recipe& recipe, int count,
-    uint64_t seed, uint64_t first_environment) {
+    uint64_t seed, uint64_t first_environment, const StopToken& stop) {
   if (count < 1) {
     return Error("character " + character.name(), "count", ">= 1",
                  absl::StrCat(count));
@@ -176,6 +177,9 @@ absl::StatusOr<FallenStates> FallenStates::MakeFrom(
       absl::StrCat("seed ", seed, ", ", recipe.physics().physics_hz(), " Hz");
   Dropper dropper(character, recipe.physics());
   for (int i = 0; i < count; ++i) {
+    if (stop.stop_requested()) {
+      return absl::CancelledError("fallen states: stopped before their end");
+    }
     RandomKey key{.seed = seed,
                   .environment = first_environment + static_cast<uint64_t>(i),
                   .purpose = RandomPurpose::kFallenState};

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/stop.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/character/character.h"
 
@@ -43,10 +44,10 @@ class FallenStates {
 
   // The same from kEvaluationSeed, for measuring: random numbers are of a
   // stream of their own, so that no recipe trains on them, whatever its
-  // fallen_seed.
+  // fallen_seed. CANCELLED between two states.
   static absl::StatusOr<FallenStates> MakeForEvaluation(
       const character::Character& character, const v1::Recipe& recipe,
-      int count);
+      int count, const StopToken& stop = {});
 
   // Those that a recipe (defaults filled) starts from; null where it starts
   // from none.
@@ -72,7 +73,8 @@ class FallenStates {
   // State i draws from environment first_environment + i.
   static absl::StatusOr<FallenStates> MakeFrom(
       const character::Character& character, const v1::Recipe& recipe,
-      int count, uint64_t seed, uint64_t first_environment);
+      int count, uint64_t seed, uint64_t first_environment,
+      const StopToken& stop);
 
   FallenStates(int width, std::string character_sha256)
       : width_(width), character_sha256_(std::move(character_sha256)) {}

@@ -10,11 +10,12 @@
 namespace sinew::teacher {
 namespace {
 
-// Wrong answers to one part, per replica, that are believed to be accidents.
+// Wrong answers of one replica to one part that bar it from that part.
 constexpr int kWrongAnswers = 3;
 
+// INTERNAL is what gRPC makes of broken connections, among others.
 bool IsWrongAnswer(const absl::Status& status) {
-  return absl::IsDataLoss(status) || absl::IsInternal(status);
+  return absl::IsDataLoss(status);
 }
 
 // Whether the replica may do better later.
@@ -60,20 +61,33 @@ std::optional<int64_t> PartQueue::Take(int replica) {
 }
 
 int PartQueue::Find(int replica) const {
-  const bool leave = OtherIsWell(replica);
   for (size_t i = 0; i < waiting_.size(); ++i) {
-    if (!leave || parts_[waiting_[i]].failed_by != replica) {
+    const Part& part = parts_[waiting_[i]];
+    if (IsBarred(replica, part)) continue;
+    if (part.failed_by != replica || !OtherIsWell(replica, part)) {
       return static_cast<int>(i);
     }
   }
   return -1;
 }
 
-bool PartQueue::OtherIsWell(int replica) const {
-  for (size_t i = 0; i < replicas_.size(); ++i) {
-    if (static_cast<int>(i) != replica && replicas_[i].well) return true;
+bool PartQueue::IsBarred(int replica, const Part& part) const {
+  const auto found = part.wrong_answers.find(replica);
+  return found != part.wrong_answers.end() && found->second >= kWrongAnswers;
+}
+
+bool PartQueue::OtherIsWell(int replica, const Part& part) const {
+  for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
+    if (i != replica && replicas_[i].well && !IsBarred(i, part)) return true;
   }
   return false;
+}
+
+bool PartQueue::NobodyIsLeft(const Part& part) const {
+  for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
+    if (!replicas_[i].out && !IsBarred(i, part)) return false;
+  }
+  return true;
 }
 
 void PartQueue::Done(int replica) {
@@ -106,10 +120,13 @@ absl::Status PartQueue::Judge(int replica, Part& part,
                               const absl::Status& status) {
   if (absl::IsInvalidArgument(status)) return status;
   if (IsWrongAnswer(status)) {
-    const int most = kWrongAnswers * static_cast<int>(replicas_.size());
-    if (++part.wrong_answers < most) return absl::OkStatus();
-    return absl::InternalError(absl::StrCat(
-        part.wrong_answers, " wrong answers, the last: ", status.message()));
+    ++part.wrong_answers[replica];
+    if (!NobodyIsLeft(part)) return absl::OkStatus();
+    return absl::InternalError(
+        absl::StrCat("a part has ", kWrongAnswers,
+                     " wrong answers from every teacher that there is, the "
+                     "last: ",
+                     status.message()));
   }
   if (MayPass(status)) return absl::OkStatus();
   replicas_[replica].out = true;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -23,9 +24,10 @@ namespace sinew::teacher {
 //
 // What becomes of a part that failed:
 //   INVALID_ARGUMENT           the batch is wrong: all ends with it
-//   a wrong answer (DATA_LOSS, INTERNAL)   asked again; the third from as many
-//                              replicas as there are ends all, as INTERNAL
-//   away, late, full           asked again
+//   a wrong answer (DATA_LOSS) asked again; the third from one replica bars it
+//                              from that part; once every replica that is not
+//                              out is barred from it, all ends, as INTERNAL
+//   away, late, full, a broken connection (INTERNAL, from gRPC)   asked again
 //   anything else (another bundle, no permission)   asked again of others; the
 //                              replica is out, and when all are, all ends
 // The replica waits (back-off) before it takes anything again, and leaves the
@@ -60,7 +62,7 @@ class PartQueue {
  private:
   struct Part {
     int failed_by = -1;
-    int wrong_answers = 0;
+    std::map<int, int> wrong_answers = {};  // by replica
   };
   struct Replica {
     rpc::Backoff backoff;
@@ -75,7 +77,10 @@ class PartQueue {
   }
   // Index into waiting_, or -1.
   int Find(int replica) const SINEW_REQUIRES(mu_);
-  bool OtherIsWell(int replica) const SINEW_REQUIRES(mu_);
+  bool IsBarred(int replica, const Part& part) const SINEW_REQUIRES(mu_);
+  // Whether another one that may take the part is well.
+  bool OtherIsWell(int replica, const Part& part) const SINEW_REQUIRES(mu_);
+  bool NobodyIsLeft(const Part& part) const SINEW_REQUIRES(mu_);
   // What a failure means for the whole; OK: go on.
   absl::Status Judge(int replica, Part& part, const absl::Status& status)
       SINEW_REQUIRES(mu_);

@@ -112,9 +112,60 @@ TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
   }
 
   EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_THAT(queue.Await({}),
-              StatusIs(absl::StatusCode::kInternal,
-                       HasSubstr("6 wrong answers, the last: targets: found")));
+  EXPECT_THAT(
+      queue.Await({}),
+      StatusIs(absl::StatusCode::kInternal,
+               HasSubstr("3 wrong answers from every teacher that there "
+                         "is, the last: targets: found")));
+}
+
+TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  // b is away, a has part 0 alone.
+  ASSERT_THAT(queue.Take(1), Optional(0));
+  queue.Failed(1, 0, absl::UnavailableError("teacher b: away"));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
+    queue.Failed(0, 0, absl::DataLossError("teacher a: found nan"));
+    clock.Advance(absl::Seconds(20));  // beyond every back-off
+  }
+
+  // Only b may have it any more, though it is not well either.
+  EXPECT_THAT(queue.Take(0), Optional(1));
+  queue.Done(0);
+  EXPECT_THAT(queue.Take(1), Optional(0));
+  queue.Done(1);
+  EXPECT_THAT(queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, TakesABrokenConnectionForNoAnswer) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 1), clock);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
+    queue.Failed(0, 0, absl::InternalError("teacher a: RST_STREAM"));
+    clock.Advance(absl::Seconds(20));
+  }
+
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  queue.Done(0);
+  EXPECT_THAT(queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, EndsWithAWrongAnswerWhenTheOthersServeSomethingElse) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 2), clock);
+  ASSERT_THAT(queue.Take(1), Optional(0));
+  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
+    queue.Failed(0, 0, absl::DataLossError("teacher a: found nan"));
+    clock.Advance(absl::Seconds(20));
+  }
+
+  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInternal,
+                                        HasSubstr("teacher a: found nan")));
 }
 
 // What Await says once 60 s have passed.

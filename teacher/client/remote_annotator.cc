@@ -148,10 +148,16 @@ struct Introduction {
 };
 
 absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
+                                       const Clock& clock,
+                                       Clock::TimePoint deadline,
                                        const Replica& replica) {
+  const auto timeout = [&] {
+    return std::min(options.call_timeout,
+                    absl::FromChrono(deadline - clock.SteadyNow()));
+  };
   Introduction result;
   SINEW_ASSIGN_OR_RETURN(result.description,
-                         replica.Describe(options.call_timeout, options.stop));
+                         replica.Describe(timeout(), options.stop));
   SINEW_RETURN_IF_ERROR(CheckDescription(result.description, replica.peer()));
   const std::vector<float> observations(result.description.observation_width(),
                                         0.0F);
@@ -161,7 +167,7 @@ absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
       replica.Annotate(
           MakeRequest(result.description,
                       {.observations = observations, .bases = bases}, 0, 1),
-          options.call_timeout, options.stop));
+          timeout(), options.stop));
   result.targets.resize(bases.size());
   result.spread.resize(bases.size());
   SINEW_RETURN_IF_ERROR(ReadAnswer(result.description, answer, replica.peer(),
@@ -172,9 +178,8 @@ absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
 
 // Introduce until it works: replicas may still be starting.
 absl::StatusOr<Introduction> AwaitIntroduction(
-    const RemoteAnnotatorOptions& options, const Replica& replica) {
-  const SystemClock clock;
-  const Clock::TimePoint deadline = clock.After(options.patience);
+    const RemoteAnnotatorOptions& options, const Clock& clock,
+    Clock::TimePoint deadline, const Replica& replica) {
   absl::StatusOr<Introduction> result;
   const absl::Status status = rpc::Retry(
       options.backoff, std::numeric_limits<int>::max(),
@@ -182,7 +187,7 @@ absl::StatusOr<Introduction> AwaitIntroduction(
         return clock.After(wait) < deadline && rpc::WaitFor(wait, options.stop);
       },
       [&] {
-        result = Introduce(options, replica);
+        result = Introduce(options, clock, deadline, replica);
         // A full queue empties.
         return absl::IsResourceExhausted(result.status())
                    ? absl::UnavailableError(result.status().message())
@@ -251,10 +256,13 @@ absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
                            Replica::Create(address, options.security));
     replicas.push_back(std::move(replica));
   }
+  const SystemClock clock;
+  const Clock::TimePoint deadline = clock.After(options.patience);
   std::vector<Introduction> introductions;
   for (const auto& replica : replicas) {
-    SINEW_ASSIGN_OR_RETURN(Introduction one,
-                           AwaitIntroduction(options, *replica));
+    SINEW_ASSIGN_OR_RETURN(
+        Introduction one,
+        AwaitIntroduction(options, clock, deadline, *replica));
     introductions.push_back(std::move(one));
   }
   SINEW_ASSIGN_OR_RETURN(v1::DescribeTeacherResponse description,

@@ -48,9 +48,9 @@ struct RemoteAnnotatorOptions {
 //
 // INVALID_ARGUMENT: an option out of range, an address; FAILED_PRECONDITION:
 // replicas that differ, naming both, or one that makes no sense; UNAVAILABLE,
-// DEADLINE_EXCEEDED: one that does not answer within `patience` (named);
-// CANCELLED: stop. The annotator is as Annotator says; FAILED_PRECONDITION
-// where all replicas have become others.
+// DEADLINE_EXCEEDED: one that does not answer within `patience` (named), which
+// is for all of them together; CANCELLED: stop. The annotator is as Annotator
+// says; FAILED_PRECONDITION where all replicas have become others.
 absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
     const RemoteAnnotatorOptions& options);
 

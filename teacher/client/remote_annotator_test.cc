@@ -1,6 +1,7 @@
 #include "teacher/client/remote_annotator.h"
 
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -297,6 +298,27 @@ TEST_F(RemoteAnnotatorTest, NamesPeersThatNeverAnswer) {
   EXPECT_THAT(ConnectAnnotator(options_),
               StatusIs(absl::StatusCode::kUnavailable,
                        HasSubstr(options_.addresses[0])));
+}
+
+TEST_F(RemoteAnnotatorTest, ConnectsWithinItsPatienceHoweverLongACallMayBe) {
+  absl::Duration left;
+  Add([&](int, grpc::ServerContext& context, v1::AnnotateResponse&) {
+    left =
+        absl::FromChrono(context.deadline() - std::chrono::system_clock::now());
+    AwaitCancellation(context);
+    return grpc::Status::CANCELLED;
+  });
+  options_.call_timeout = absl::Minutes(10);
+  options_.patience = absl::Milliseconds(300);
+
+  const auto annotator = ConnectAnnotator(options_);
+  servers_.clear();  // joins the handler
+
+  EXPECT_THAT(annotator.status(),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       AllOf(HasSubstr(options_.addresses[0]),
+                             HasSubstr("no answer within 300ms"))));
+  EXPECT_LE(left, absl::Seconds(5));
 }
 
 TEST_F(RemoteAnnotatorTest, EndsWhenStopped) {

@@ -13,6 +13,11 @@ namespace sinew::teacher {
 namespace {
 
 constexpr int64_t kMostBatchRows = 1 << 16;
+// A thousand columns each are 1 GiB.
+constexpr int64_t kMostQueueRows = 1 << 18;
+// Each may hold a message of rpc::kMaxMessageBytes, 2 GiB together; further
+// calls get RESOURCE_EXHAUSTED.
+constexpr int kMostThreads = 128;
 constexpr absl::Duration kLongestDelay = absl::Seconds(10);
 constexpr absl::Duration kFarewell = absl::Seconds(5);
 
@@ -22,10 +27,11 @@ absl::Status CheckBatches(const Batcher::Options& batches) {
         absl::StrCat("rows of a batch: expected 1 to ", kMostBatchRows,
                      ", found ", batches.max_batch_rows));
   }
-  if (batches.queue_rows < batches.max_batch_rows) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("rows of the queue: expected >= ", batches.max_batch_rows,
-                     ", a batch, found ", batches.queue_rows));
+  if (batches.queue_rows < batches.max_batch_rows ||
+      batches.queue_rows > kMostQueueRows) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "rows of the queue: expected ", batches.max_batch_rows,
+        ", a batch, to ", kMostQueueRows, ", found ", batches.queue_rows));
   }
   if (batches.batch_delay < absl::ZeroDuration() ||
       batches.batch_delay > kLongestDelay) {
@@ -61,7 +67,8 @@ absl::StatusOr<std::unique_ptr<TeacherServer>> TeacherServer::Create(
   }
   SINEW_ASSIGN_OR_RETURN(result->server_,
                          rpc::Server::Start({.address = options.address,
-                                             .security = options.security},
+                                             .security = options.security,
+                                             .max_threads = kMostThreads},
                                             {&result->service_}));
   return result;
 }

@@ -26,7 +26,8 @@ namespace sinew::teacher {
 //
 // Thread-safety: any thread. Ownership: owns everything but the clock.
 // Blocking: Shutdown and the destructor, until calls have ended, at most their
-// timeout (a second) plus 100 ms. Errors: Create.
+// timeout (a second) plus 100 ms and the batch that is being computed. Errors:
+// Create.
 class TeacherServer {
  public:
   struct Options {

@@ -180,9 +180,10 @@ TEST_F(TeacherServerTest, RefusesBoundsOutOfRange) {
   EXPECT_THAT(create({.max_batch_rows = 0}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("rows of a batch: expected 1 to 65536")));
-  EXPECT_THAT(create({.max_batch_rows = 8, .queue_rows = 7}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("rows of the queue: expected >= 8")));
+  EXPECT_THAT(
+      create({.max_batch_rows = 8, .queue_rows = 7}),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("rows of the queue: expected 8, a batch, to")));
   EXPECT_THAT(create({.batch_delay = absl::Minutes(1)}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("delay of a batch")));

@@ -77,7 +77,10 @@ grpc::Status TeacherService::Annotate(grpc::ServerContext* context,
   const double begin = clock_.SteadySeconds();
   const absl::Status status = Answer(*context, *request, *response);
   metrics_.Count(status, clock_.SteadySeconds() - begin);
-  return rpc::ToGrpc(status);
+  // Of the two, INTERNAL is also what gRPC says of broken connections.
+  return rpc::ToGrpc(absl::IsInternal(status)
+                         ? absl::DataLossError(status.message())
+                         : status);
 }
 
 absl::Status TeacherService::Check(const v1::AnnotateRequest& request) const {

@@ -16,7 +16,7 @@ namespace sinew::teacher {
 // Thread-safety: gRPC calls it from many threads. Ownership: borrows
 // everything; close the batcher before the server shuts down. Blocking: as
 // Batcher::Annotate; calls without a deadline wait a minute at most. Errors: as
-// teacher.proto says.
+// teacher.proto says; DATA_LOSS where the annotator's own answer is wrong.
 class TeacherService final : public v1::Teacher::Service {
  public:
   // Calls may have `max_batch_rows` rows, or as many as a message carries.

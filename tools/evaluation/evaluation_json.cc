@@ -49,6 +49,17 @@ Json SplitObject(const SetSummary& set, const SetSummary& successful,
   return object;
 }
 
+// Where some clips are left out.
+void AddSplits(const Evaluation& evaluation, Json* file) {
+  const EvaluationSummary& policy = evaluation.policy;
+  const EvaluationSummary& zero = evaluation.zero_action;
+  if (policy.left_out.clips == 0) return;
+  (*file)["training"] =
+      SplitObject(policy.training, policy.training_successful, zero.training);
+  (*file)["left_out"] =
+      SplitObject(policy.left_out, policy.left_out_successful, zero.left_out);
+}
+
 Json ImportedObject(const SetSummary& overall, int rejected) {
   const int clips = overall.clips + rejected;
   return {
@@ -142,7 +153,10 @@ Json Definitions(const Subject& subject) {
       {"body_mm", "e_g_mpjpe of each body, in the order of bodies, mm"},
       {"failed_at_frame", "earliest failure, counted from its start; -1: none"},
       {"frames", "compared, over all starts; errors are means over them"},
-      {"zero_action", "the same task with action 0: targets are the reference"},
+      {"zero_action",
+       "the same task with action 0: targets are where the bundle's action law "
+       "places them by itself (action.placement of its manifest): at the "
+       "reference, the current pose or the default pose"},
       {"successful",
        "of the clips that succeed: what papers publish errors of"},
       {"imported",
@@ -181,13 +195,7 @@ std::string EvaluationJson(const Subject& subject,
                  {"sha256", library.digest()},
                  {"character", library.manifest().character()}}},
                {"definitions", Definitions(subject)}};
-  if (evaluation.policy.left_out.clips > 0) {
-    const EvaluationSummary& policy = evaluation.policy;
-    file["training"] = SplitObject(policy.training, policy.training_successful,
-                                   evaluation.zero_action.training);
-    file["left_out"] = SplitObject(policy.left_out, policy.left_out_successful,
-                                   evaluation.zero_action.left_out);
-  }
+  AddSplits(evaluation, &file);
   if (source.rejected_clips) {
     file["imported"] =
         ImportedObject(evaluation.policy.overall, *source.rejected_clips);

@@ -2,12 +2,13 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
+#include "common/json_fields.h"
 #include "common/status_macros.h"
 
 namespace sinew::evaluation {
@@ -17,14 +18,9 @@ using Json = nlohmann::json;
 
 constexpr char kNothing[] = "-";
 
-absl::Status Unfit(absl::string_view file, absl::string_view field,
-                   absl::string_view expected, absl::string_view found) {
-  return absl::InvalidArgumentError(absl::StrCat(
-      file, ": ", field, ": expected ", expected, ", found ", found));
-}
-
 // Null where there is nothing.
 Json At(const Json& object, const char* key) {
+  if (!object.is_object()) return Json();
   const auto found = object.find(key);
   return found == object.end() ? Json() : *found;
 }
@@ -41,19 +37,19 @@ absl::StatusOr<Split> SplitOf(const Json& file, const TableRow& row,
   if (split.set.is_null()) return split;
   split.errors = At(split.set, "successful");
   if (split.errors.is_object()) return split;
-  return Unfit(row.file, absl::StrCat(key, ".successful"), "a set of clips",
-               "none: evaluate the bundle anew");
+  return UnfitField(row.file, absl::StrCat(key, ".successful"),
+                    "a set of clips", "none: evaluate the bundle anew");
 }
 
 absl::StatusOr<Json> Parse(const TableRow& row) {
   Json file = Json::parse(row.json, nullptr, /*allow_exceptions=*/false);
   if (!file.is_object()) {
-    return Unfit(row.file, "file", "a JSON object", "something else");
+    return UnfitField(row.file, "file", "a JSON object", "something else");
   }
   for (const char* key : {"overall", "successful", "zero_action", "library"}) {
     if (At(file, key).is_object()) continue;
-    return Unfit(row.file, key, "an object, as `sinew eval` writes",
-                 "something else");
+    return UnfitField(row.file, key, "an object, as `sinew eval` writes",
+                      "something else");
   }
   return file;
 }
@@ -64,15 +60,17 @@ absl::Status CheckSameTask(const Json& first, const Json& file,
   const auto same = [&](absl::string_view field, const Json& expected,
                         const Json& found) {
     if (expected == found) return absl::OkStatus();
-    return Unfit(row.file, field, expected.dump(), found.dump());
+    return UnfitField(row.file, field, expected.dump(), found.dump());
   };
   SINEW_RETURN_IF_ERROR(same("library.sha256",
                              At(At(first, "library"), "sha256"),
                              At(At(file, "library"), "sha256")));
-  for (const char* key : {"starts_per_clip", "seconds"}) {
+  for (const char* key : {"starts_per_clip", "seconds", "randomised"}) {
     SINEW_RETURN_IF_ERROR(same(key, At(first, key), At(file, key)));
   }
-  return absl::OkStatus();
+  return same("definitions.fall_distance_m",
+              At(At(first, "definitions"), "fall_distance_m"),
+              At(At(file, "definitions"), "fall_distance_m"));
 }
 
 std::string Succeeded(const Json& set) {
@@ -113,7 +111,7 @@ absl::StatusOr<Split> TrainingOf(const Json& file, const TableRow& row) {
 }
 
 absl::StatusOr<std::string> Line(const Json& file, const TableRow& row) {
-  std::string line = absl::StrCat("| ", row.name, " |");
+  std::string line = absl::StrCat("| ", TableCell(row.name), " |");
   SINEW_ASSIGN_OR_RETURN(const Split training, TrainingOf(file, row));
   SINEW_ASSIGN_OR_RETURN(const Split left_out, SplitOf(file, row, "left_out"));
   AddCells(training, &line);
@@ -122,18 +120,56 @@ absl::StatusOr<std::string> Line(const Json& file, const TableRow& row) {
   return line;
 }
 
-std::string ZeroActionLine(const Json& file) {
+// What the zero action comes to under a policy's action law.
+std::string ZeroActionCells(const Json& file) {
   const Json training = At(file, "training");
   const Json zero = At(training.is_null() ? file : training, "zero_action");
   const Json left_out = At(At(file, "left_out"), "zero_action");
-  std::string line = "| zero action, errors until it fails |";
-  AddCells({.set = zero, .errors = zero}, &line);
-  AddCells({.set = left_out, .errors = left_out}, &line);
-  absl::StrAppend(&line, " ", kNothing, " |\n");
-  return line;
+  std::string cells;
+  AddCells({.set = zero, .errors = zero}, &cells);
+  AddCells({.set = left_out, .errors = left_out}, &cells);
+  return cells;
 }
 
+// A row for each set of figures, named after its policies where there are
+// several.
+class ZeroActions {
+ public:
+  void Add(const std::string& policy, const std::string& cells) {
+    for (Figures& one : figures_) {
+      if (one.cells != cells) continue;
+      absl::StrAppend(&one.policies, ", ", TableCell(policy));
+      return;
+    }
+    figures_.push_back({.policies = TableCell(policy), .cells = cells});
+  }
+
+  std::string Lines() const {
+    std::string lines;
+    for (const Figures& one : figures_) {
+      const std::string whose =
+          figures_.size() == 1 ? "" : absl::StrCat(" of ", one.policies);
+      absl::StrAppend(&lines, "| zero action", whose,
+                      ", errors until it fails |", one.cells, " ", kNothing,
+                      " |\n");
+    }
+    return lines;
+  }
+
+ private:
+  struct Figures {
+    std::string policies;
+    std::string cells;
+  };
+  std::vector<Figures> figures_;
+};
+
 }  // namespace
+
+std::string TableCell(const std::string& text) {
+  return absl::StrReplaceAll(
+      text, {{"|", "\\|"}, {"\n", " "}, {"<", "&lt;"}, {">", "&gt;"}});
+}
 
 absl::StatusOr<std::string> FiguresTable(absl::Span<const TableRow> rows) {
   if (rows.empty()) {
@@ -144,15 +180,20 @@ absl::StatusOr<std::string> FiguresTable(absl::Span<const TableRow> rows) {
       "| policy | trained on: Succ | E_g-mpjpe | E_mpjpe | E_acc | E_vel | "
       "left out: Succ | E_g-mpjpe | E_mpjpe | E_acc | E_vel | of everything "
       "imported |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  std::vector<Json> files;
+  Json first;
+  ZeroActions zero_actions;
   for (const TableRow& row : rows) {
-    SINEW_ASSIGN_OR_RETURN(Json file, Parse(row));
-    files.push_back(std::move(file));
-    SINEW_RETURN_IF_ERROR(CheckSameTask(files.front(), files.back(), row));
-    SINEW_ASSIGN_OR_RETURN(const std::string line, Line(files.back(), row));
+    if (row.name.empty()) {
+      return UnfitField(row.file, "name in the table", "one", "none");
+    }
+    SINEW_ASSIGN_OR_RETURN(const Json file, Parse(row));
+    if (first.is_null()) first = file;
+    SINEW_RETURN_IF_ERROR(CheckSameTask(first, file, row));
+    SINEW_ASSIGN_OR_RETURN(const std::string line, Line(file, row));
     absl::StrAppend(&table, line);
+    zero_actions.Add(row.name, ZeroActionCells(file));
   }
-  absl::StrAppend(&table, ZeroActionLine(files.front()));
+  absl::StrAppend(&table, zero_actions.Lines());
   return table;
 }
 

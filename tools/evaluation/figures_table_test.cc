@@ -33,6 +33,7 @@ Json File() {
   Json file = {{"overall", Set(12, 9, 50)},      {"successful", Set(9, 9, 40)},
                {"zero_action", Set(12, 1, 150)}, {"library", {{"sha256", "l"}}},
                {"starts_per_clip", 1},           {"seconds", 10.0}};
+  file["definitions"] = {{"fall_distance_m", 0.5}};
   file["training"] = Set(8, 7, 45);
   file["training"]["successful"] = Set(7, 7, 35.52);
   file["training"]["zero_action"] = Set(8, 1, 151);
@@ -65,6 +66,33 @@ TEST(FiguresTable, ShowsErrorsOfTheSuccessfulByTrainedOnAndLeftOut) {
                       " 0.0 % (0/4) | 152.0 | 20.0 | 3.0 | 4.0 | - |\n")));
 }
 
+TEST(FiguresTable, HasAZeroActionOfEachActionLaw) {
+  Json absolute = File();
+  absolute["training"]["zero_action"] = Set(8, 0, 251);
+
+  const auto table =
+      FiguresTable({Row("expert", File()), Row("student", absolute),
+                    Row("no bottleneck", absolute)});
+
+  ASSERT_THAT(table, IsOk());
+  EXPECT_THAT(
+      *table,
+      AllOf(HasSubstr("| zero action of expert, errors until it fails |"
+                      " 12.5 % (1/8) | 151.0 |"),
+            HasSubstr("| zero action of student, no bottleneck, errors until "
+                      "it fails | 0.0 % (0/8) | 251.0 |")));
+}
+
+TEST(FiguresTable, KeepsNamesInTheirCells) {
+  const auto table = FiguresTable({Row("a|b <c>", File())});
+
+  ASSERT_THAT(table, IsOk());
+  EXPECT_THAT(*table, HasSubstr("| a\\|b &lt;c&gt; |"));
+  EXPECT_THAT(FiguresTable({Row("", File())}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("name in the table: expected one")));
+}
+
 TEST(FiguresTable, TakesAllClipsForTrainedOnWhereNoneIsLeftOut) {
   Json file = File();
   file.erase("training");
@@ -83,6 +111,9 @@ TEST(FiguresTable, NamesFileAndFieldOfWhatCannotBeCompared) {
   library["library"]["sha256"] = "m";
   seconds["seconds"] = 5.0;
   old["left_out"].erase("successful");
+  Json randomised = File(), strict = File();
+  randomised["randomised"] = {{"seed", 0}};
+  strict["definitions"]["fall_distance_m"] = 0.25;
   const auto error = [](const Json& file) {
     return FiguresTable({Row("a", File()), Row("b", file)}).status();
   };
@@ -93,6 +124,13 @@ TEST(FiguresTable, NamesFileAndFieldOfWhatCannotBeCompared) {
                                            "\"l\", found \"m\"")));
   EXPECT_THAT(error(seconds),
               StatusIs(kInvalid, HasSubstr("b.json: seconds: expected 10")));
+  EXPECT_THAT(error(randomised),
+              StatusIs(kInvalid, HasSubstr("b.json: randomised: expected null, "
+                                           "found {\"seed\":0}")));
+  EXPECT_THAT(
+      error(strict),
+      StatusIs(kInvalid, HasSubstr("b.json: definitions.fall_distance_m: "
+                                   "expected 0.5, found 0.25")));
   EXPECT_THAT(error(old),
               StatusIs(kInvalid, HasSubstr("b.json: left_out.successful")));
   EXPECT_THAT(error(Json::array()), StatusIs(kInvalid, HasSubstr("b.json")));

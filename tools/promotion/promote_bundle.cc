@@ -12,34 +12,12 @@
 #include "deploy/checkpoint/stable_bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "tools/evaluation/bundle_subject.h"
+#include "tools/promotion/succession.h"
 
 namespace sinew::tools {
 namespace {
 
 constexpr size_t kDigits = 16;
-
-struct Evaluated {
-  v1::BundleManifest manifest;
-  SetSummary figures;
-};
-
-// A bundle's files, evaluated in a folder of their own.
-absl::StatusOr<Evaluated> EvaluateFiles(const checkpoint::ArtifactFiles& files,
-                                        const PromotionOptions& options,
-                                        const StopToken& stop) {
-  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TemporaryFolder> scratch,
-                         TemporaryFolder::Create());
-  const std::string folder = JoinPath(scratch->path(), "bundle");
-  SINEW_RETURN_IF_ERROR(checkpoint::WriteFolder(files, folder));
-  SINEW_ASSIGN_OR_RETURN(
-      evaluation::BundleSubject loaded,
-      evaluation::LoadBundleSubject(folder, options.motions));
-  SINEW_ASSIGN_OR_RETURN(
-      EvaluationSummary summary,
-      evaluation::EvaluatePolicy(loaded.subject, options.evaluation, stop));
-  return Evaluated{.manifest = std::move(loaded.manifest),
-                   .figures = std::move(summary.overall)};
-}
 
 // The same status with what it is about in front.
 absl::Status About(const std::string& what, const absl::Status& status) {
@@ -48,16 +26,42 @@ absl::Status About(const std::string& what, const absl::Status& status) {
                       absl::StrCat(what, ": ", status.message()));
 }
 
-absl::Status EvaluateIncumbent(const PromotionOptions& options,
-                               checkpoint::ArtifactStore& store,
-                               const StopToken& stop, Promotion& result) {
+// A bundle's files, read from a folder of their own.
+absl::StatusOr<evaluation::BundleSubject> Load(
+    const std::string& what, const checkpoint::ArtifactFiles& files,
+    const PromotionOptions& options) {
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TemporaryFolder> scratch,
+                         TemporaryFolder::Create());
+  const std::string folder = JoinPath(scratch->path(), "bundle");
+  SINEW_RETURN_IF_ERROR(checkpoint::WriteFolder(files, folder));
+  auto loaded = evaluation::LoadBundleSubject(folder, options.motions);
+  SINEW_RETURN_IF_ERROR(About(what, loaded.status()));
+  return loaded;
+}
+
+absl::StatusOr<SetSummary> Evaluate(const std::string& what,
+                                    const evaluation::BundleSubject& bundle,
+                                    const PromotionOptions& options,
+                                    const StopToken& stop) {
+  auto summary =
+      evaluation::EvaluatePolicy(bundle.subject, options.evaluation, stop);
+  SINEW_RETURN_IF_ERROR(About(what, summary.status()));
+  return std::move(summary->overall);
+}
+
+// The incumbent, which the candidate can stand for.
+absl::StatusOr<evaluation::BundleSubject> LoadIncumbent(
+    const std::string& what, const Promotion& promotion,
+    const v1::BundleManifest& candidate, const PromotionOptions& options,
+    checkpoint::ArtifactStore& store) {
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
-                         GetFiles(store, result.incumbent_id));
-  auto incumbent = EvaluateFiles(files, options, stop);
-  SINEW_RETURN_IF_ERROR(About(absl::StrCat("incumbent ", result.incumbent_id),
-                              incumbent.status()));
-  result.incumbent = std::move(incumbent->figures);
-  return absl::OkStatus();
+                         GetFiles(store, promotion.incumbent_id));
+  SINEW_ASSIGN_OR_RETURN(evaluation::BundleSubject incumbent,
+                         Load(what, files, options));
+  SINEW_RETURN_IF_ERROR(
+      About(absl::StrCat(options.bundle, ": cannot follow ", what),
+            CheckSuccession(incumbent.manifest, candidate)));
+  return incumbent;
 }
 
 absl::Status Store(const checkpoint::ArtifactFiles& files,
@@ -81,21 +85,27 @@ absl::StatusOr<Promotion> PromoteBundle(const PromotionOptions& options,
                          checkpoint::ReadFolder(options.bundle));
   Promotion result;
   SINEW_ASSIGN_OR_RETURN(result.incumbent_id, checkpoint::StableBundle(store));
-  auto candidate = EvaluateFiles(files, options, stop);
-  SINEW_RETURN_IF_ERROR(About(options.bundle, candidate.status()));
-  result.candidate = std::move(candidate->figures);
+  SINEW_ASSIGN_OR_RETURN(const evaluation::BundleSubject candidate,
+                         Load(options.bundle, files, options));
   result.id = options.id;
   if (result.id.empty()) {
-    const absl::string_view digest = candidate->manifest.manifest_sha256();
+    const absl::string_view digest = candidate.manifest.manifest_sha256();
     result.id = absl::StrCat("bundle-", digest.substr(0, kDigits));
   }
   if (!result.incumbent_id.empty()) {
-    SINEW_RETURN_IF_ERROR(EvaluateIncumbent(options, store, stop, result));
+    const std::string what = absl::StrCat("incumbent ", result.incumbent_id);
+    SINEW_ASSIGN_OR_RETURN(
+        const evaluation::BundleSubject incumbent,
+        LoadIncumbent(what, result, candidate.manifest, options, store));
+    SINEW_ASSIGN_OR_RETURN(result.incumbent,
+                           Evaluate(what, incumbent, options, stop));
   }
+  SINEW_ASSIGN_OR_RETURN(result.candidate,
+                         Evaluate(options.bundle, candidate, options, stop));
   result.verdict =
       JudgePromotion(result.candidate, result.incumbent, options.rule);
   if (!result.verdict.promoted) return result;
-  SINEW_RETURN_IF_ERROR(Store(files, candidate->manifest, result, store));
+  SINEW_RETURN_IF_ERROR(Store(files, candidate.manifest, result, store));
   return result;
 }
 

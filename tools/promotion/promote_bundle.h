@@ -35,6 +35,7 @@ struct Promotion {
 // The gate before `stable` (deploy/checkpoint/stable_bundle.h):
 //
 //   read the candidate's files and the incumbent's
+//   check that the one can follow the other (succession.h)
 //   evaluate both on the same starts
 //   if the rule holds: put the candidate into the store, move `stable`
 //
@@ -43,8 +44,8 @@ struct Promotion {
 //
 // Thread-safety: one caller per store, else the last step may find that
 // `stable` has moved (FAILED_PRECONDITION). Blocking: computes; see Evaluate.
-// Errors: INVALID_ARGUMENT: rule or options; those of ReadFolder, ReadBundle,
-// LoadBundleSubject, Evaluate and the store.
+// Errors: INVALID_ARGUMENT: rule or options; those of CheckSuccession,
+// ReadFolder, ReadBundle, LoadBundleSubject, Evaluate and the store.
 absl::StatusOr<Promotion> PromoteBundle(const PromotionOptions& options,
                                         checkpoint::ArtifactStore& store,
                                         const StopToken& stop);

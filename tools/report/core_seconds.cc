@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/json_fields.h"
+
 namespace sinew::report {
 namespace {
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/json_fields.h"
+
 namespace sinew::report {
 namespace {
 

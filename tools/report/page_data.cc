@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "common/config/recipe.h"
+#include "common/json_fields.h"
 #include "tools/report/core_seconds.h"
 #include "tools/report/curves.h"
 

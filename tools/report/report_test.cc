@@ -203,6 +203,20 @@ TEST(CoreSeconds, AddUpToCoresTimesWallTime) {
   EXPECT_THAT(seconds, SizeIs(4));
 }
 
+TEST(CoreSeconds, HoldAllCoresWhileLabelsAreWaitedFor) {
+  std::vector<Json> rows = Rows(10);
+  for (Json& row : rows) row["seconds"]["label"] = 0.25;
+
+  const CoreSeconds counted = CountCoreSeconds(rows);
+
+  // 10 x 0.25 s of wall time on 2 cores, less of "wait".
+  std::map<std::string, double> seconds;
+  for (const Stage& stage : counted.stages) seconds[stage.name] = stage.seconds;
+  EXPECT_DOUBLE_EQ(seconds["label"], 5);
+  EXPECT_DOUBLE_EQ(seconds["wait"], 7.5);
+  EXPECT_DOUBLE_EQ(counted.total, 40);
+}
+
 TEST(CoreSeconds, GuessTheCoresOfRowsThatDoNotSay) {
   std::vector<Json> rows = Rows(10);
   for (Json& row : rows) {

@@ -100,16 +100,4 @@ absl::StatusOr<RunRecord> ReadRun(const std::string& directory) {
   return run;
 }
 
-double NumberAt(const Json& object, const std::vector<std::string>& path,
-                double otherwise) {
-  const Json* at = &object;
-  for (const std::string& key : path) {
-    if (!at->is_object()) return otherwise;
-    const auto it = at->find(key);
-    if (it == at->end()) return otherwise;
-    at = &*it;
-  }
-  return at->is_number() ? at->get<double>() : otherwise;
-}
-
 }  // namespace sinew::report

@@ -30,11 +30,6 @@ struct RunRecord {
 // metrics.jsonl.
 absl::StatusOr<RunRecord> ReadRun(const std::string& directory);
 
-// Number at a path of keys ("seconds", "learn"); `otherwise` if it is absent
-// or no number. Pure.
-double NumberAt(const Json& object, const std::vector<std::string>& path,
-                double otherwise = 0);
-
 }  // namespace sinew::report
 
 #endif  // SINEW_TOOLS_REPORT_RUN_RECORD_H_

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "common/check.h"
 #include "common/status_macros.h"
 #include "sim/world/foot_contact.h"
@@ -12,41 +11,20 @@
 namespace sinew::sampling {
 namespace {
 
-using v1::Observation;
-
-bool IsOwn(Observation::Block block) {
-  return block == Observation::BLOCK_SELF_JOINT_SPACE ||
-         block == Observation::BLOCK_SELF_CONTACT ||
-         block == Observation::BLOCK_PREVIOUS_TARGET;
-}
-
-absl::StatusOr<world::ObservationBuilder> Build(
-    const Observation& recipe, const character::Character& character) {
-  return world::ObservationBuilder::Create(
-      recipe, static_cast<int>(character.tracked().size()),
-      static_cast<int>(character.joints().size()),
-      static_cast<int>(character.foot_bodies().size()));
-}
-
-// The leading blocks of the observation that are `width` columns together.
-absl::StatusOr<world::ObservationBuilder> LeadingBlocks(
+// The body's own blocks, which the observation begins with.
+absl::StatusOr<world::ObservationBuilder> OwnBlocks(
     const bundle::Bundle& bundle, const v1::Recipe& recipe, int64_t width) {
-  Observation own = recipe.task().observation();
-  own.clear_blocks();
-  std::vector<int> widths;
-  for (int i = 0; i < recipe.task().observation().blocks_size(); ++i) {
-    const auto block = recipe.task().observation().blocks(i);
-    if (!IsOwn(block)) break;
-    own.add_blocks(block);
-    SINEW_ASSIGN_OR_RETURN(world::ObservationBuilder builder,
-                           Build(own, *bundle.character));
-    if (builder.width() == width) return builder;
-    widths.push_back(builder.width());
-  }
+  const character::Character& character = *bundle.character;
+  SINEW_ASSIGN_OR_RETURN(const world::ObservationBuilder all,
+                         world::ObservationBuilder::Create(
+                             recipe.task().observation(),
+                             static_cast<int>(character.tracked().size()),
+                             static_cast<int>(character.joints().size()),
+                             static_cast<int>(character.foot_bodies().size())));
+  if (all.self_width() == width) return all.SelfPart();
   return absl::InvalidArgumentError(absl::StrCat(
       bundle.directory, ": graph \"sample\": expected an input of the ",
-      "observation's first blocks, the body's own (",
-      widths.empty() ? "there are none" : absl::StrJoin(widths, " or "),
+      "observation's first blocks, the body's own (", all.self_width(),
       "), found width ", width));
 }
 
@@ -64,7 +42,7 @@ absl::StatusOr<std::shared_ptr<const BodyLaw>> BodyLaw::Create(
         v1::Action::Placement_Name(action.placement())));
   }
   SINEW_ASSIGN_OR_RETURN(world::ObservationBuilder self,
-                         LeadingBlocks(bundle, recipe, self_width));
+                         OwnBlocks(bundle, recipe, self_width));
   SINEW_ASSIGN_OR_RETURN(world::Actuation actuation,
                          world::Actuation::Create(
                              recipe.task().actuator_model(), *bundle.character,

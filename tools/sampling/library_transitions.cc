@@ -43,7 +43,7 @@ int64_t NumTransitions(const motion::Library& library) {
   return sum;
 }
 
-// Pieces of at most `seconds` that cover every clip once.
+// Pieces of at most `seconds` that follow one another through every clip.
 std::vector<v1::EvaluationStart> Pieces(const motion::Library& library,
                                         double seconds) {
   const auto longest = std::max<int64_t>(
@@ -86,14 +86,18 @@ std::vector<float> StatesOf(const Sampler& sampler, const Tracked& tracked,
 }
 
 // Foot skate and energy of the clips, played as they are.
-void MeasureClips(const Sampler& sampler, const motion::Library& library,
-                  LibraryTransitions* result) {
+absl::Status MeasureClips(const Sampler& sampler,
+                          const motion::Library& library, const StopToken& stop,
+                          LibraryTransitions* result) {
   const BodyLaw& law = sampler.law();
   const mjModel* model = law.character().model();
   const auto feet = static_cast<int>(law.character().foot_bodies().size());
   const character::DataPtr data(mj_makeData(model));
   FreeBody body(sampler.shared_law());
   for (int clip = 0; clip < library.num_clips(); ++clip) {
+    if (stop.stop_requested()) {
+      return absl::CancelledError("measuring clips: stopped before its end");
+    }
     if (library.clip(clip).left_out()) continue;
     metrics::FootSkateMeter skate(law.foot_of_sole(), feet, law.control_hz());
     metrics::MotionEnergyMeter energy(law.control_hz());
@@ -108,12 +112,14 @@ void MeasureClips(const Sampler& sampler, const motion::Library& library,
     result->skate.Add(skate.figures());
     result->energy.Add(energy.figures());
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
 
 absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
-    const Sampler& sampler, const motion::Library& library, int64_t most) {
+    const Sampler& sampler, const motion::Library& library, int64_t most,
+    const StopToken& stop) {
   LibraryTransitions result;
   result.all = NumTransitions(library);
   metrics::TransitionSet set(sampler.num_features(), result.all, most);
@@ -137,7 +143,7 @@ absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
   }
   result.standardisation = metrics::Standardise(set);
   result.rows = metrics::Standardised(set, result.standardisation);
-  MeasureClips(sampler, library, &result);
+  SINEW_RETURN_IF_ERROR(MeasureClips(sampler, library, stop, &result));
   return result;
 }
 

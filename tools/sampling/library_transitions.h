@@ -31,13 +31,15 @@ struct LibraryTransitions {
 
 // Frames t and t + 1 of every clip, left-out ones apart (a looping clip's last
 // frame is followed by its first one, moved), thinned to `most`.
-// INVALID_ARGUMENT: a library without two frames of one clip.
+// INVALID_ARGUMENT: a library without two frames of one clip; CANCELLED.
 absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
-    const Sampler& sampler, const motion::Library& library, int64_t most);
+    const Sampler& sampler, const motion::Library& library, int64_t most,
+    const StopToken& stop);
 
 // Adds `student`: the graph "policy", mean action, tracks the clips piece by
-// piece, so that together the pieces cover the library once; a piece is at most
-// `seconds` long and ends where the policy fails. Its transitions are thinned
+// piece; a piece is at most `seconds` long and ends where the policy fails. Of
+// a piece the states after each step count, not the one that it begins in,
+// which is the library's own: n steps are n - 1 transitions. They are thinned
 // to `most`. Blocking and errors: those of evaluation::RunStarts;
 // FAILED_PRECONDITION: it survives no two steps anywhere.
 absl::Status AddStudent(const Sampler& sampler,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -65,6 +66,15 @@ absl::Status CheckOptions(const SamplingOptions& options) {
   return absl::OkStatus();
 }
 
+// Before minutes of computing: whether the folder of a file is there.
+absl::Status CheckParent(absl::string_view flag, const std::string& file) {
+  const std::string parent = std::filesystem::path(file).parent_path().string();
+  if (parent.empty() || FileExists(parent)) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("--", flag, ": expected a folder ",
+                                          parent, " for ", file,
+                                          ", found none"));
+}
+
 // One call of SampleBundle.
 class Sampling {
  public:
@@ -73,6 +83,8 @@ class Sampling {
 
   absl::StatusOr<SamplingResult> Run() {
     SINEW_RETURN_IF_ERROR(CheckOptions(options_));
+    SINEW_RETURN_IF_ERROR(CheckParent("out", options_.out));
+    SINEW_RETURN_IF_ERROR(CheckParent("page", options_.page));
     SINEW_RETURN_IF_ERROR(Load());
     SINEW_RETURN_IF_ERROR(MakeOrder());
     if (library_ != nullptr) SINEW_RETURN_IF_ERROR(Compare());
@@ -110,6 +122,10 @@ class Sampling {
     start_ = options_.start;
     if (start_.empty()) start_ = library_ == nullptr ? "fallen" : "clip";
     SINEW_ASSIGN_OR_RETURN(const StartKind kind, ParseStart(start_));
+    if (kind.kind == StartKind::Kind::kGiven && options_.per_start > 0) {
+      return Refuse("per-start", "none with one start for all samples",
+                    options_.per_start);
+    }
     per_start_ = options_.per_start > 0
                      ? options_.per_start
                      : std::gcd(options_.count, kUsualPerStart);
@@ -125,14 +141,14 @@ class Sampling {
     steps_ = static_cast<int>(steps);
     SINEW_ASSIGN_OR_RETURN(
         starts_, MakeStarts(law(), library_.get(), kind,
-                            options_.count / per_start_, options_.seed));
+                            options_.count / per_start_, options_.seed, stop_));
     return absl::OkStatus();
   }
 
   absl::Status Compare() {
-    SINEW_ASSIGN_OR_RETURN(
-        transitions_,
-        MakeLibraryTransitions(*sampler_, *library_, options_.transitions));
+    SINEW_ASSIGN_OR_RETURN(transitions_,
+                           MakeLibraryTransitions(*sampler_, *library_,
+                                                  options_.transitions, stop_));
     if (!options_.student) return absl::OkStatus();
     SINEW_ASSIGN_OR_RETURN(
         const evaluation::BundleSubject student,
@@ -190,7 +206,9 @@ class Sampling {
             .upright_body = mj_id2name(model, mjOBJ_BODY, law().upright_body()),
             .standing_height = law().standing_height(),
             .features = sampler_->num_features(),
-            .threshold = options_.threshold};
+            .threshold = options_.threshold,
+            .student_randomised =
+                law().recipe().task().randomisation().in_evaluation()};
   }
 
   absl::Status Write() {

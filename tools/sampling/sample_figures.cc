@@ -47,7 +47,8 @@ void CountRows(SampleFigures& figures) {
   }
 }
 
-metrics::DiversityFigures Diversity(absl::Span<const SampleMotion> motions) {
+absl::StatusOr<metrics::DiversityFigures> Diversity(
+    absl::Span<const SampleMotion> motions, const StopToken& stop) {
   metrics::DiversityMeter meter;
   for (size_t first = 0; first < motions.size();) {
     std::vector<metrics::PosePath> group;
@@ -56,7 +57,7 @@ metrics::DiversityFigures Diversity(absl::Span<const SampleMotion> motions) {
          ++i) {
       group.push_back(motions[i].path);
     }
-    meter.AddGroup(group);
+    SINEW_RETURN_IF_ERROR(meter.AddGroup(group, stop));
     first = i;
   }
   return meter.figures();
@@ -120,7 +121,7 @@ absl::StatusOr<SampleFigures> MeasureSamples(
     latent_mean.AddMotion(motion.latent_mean);
   }
   CountRows(figures);
-  figures.diversity = Diversity(motions);
+  SINEW_ASSIGN_OR_RETURN(figures.diversity, Diversity(motions, stop));
   figures.latent = latent.figures();
   figures.latent_mean = latent_mean.figures();
   if (library != nullptr) {

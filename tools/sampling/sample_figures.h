@@ -68,7 +68,8 @@ struct FigureOptions {
 
 // `motions` are those of Sampler::Run for these starts. `library` may be null.
 // Same inputs, same bits, however many threads. Blocking: computes; seconds for
-// the nearest neighbours. Errors: those of MatchTransitions.
+// the nearest neighbours. Errors: those of MatchTransitions;
+// CANCELLED.
 absl::StatusOr<SampleFigures> MeasureSamples(
     const Sampler& sampler, absl::Span<const SampleStart> starts,
     absl::Span<const SampleMotion> motions, const LibraryTransitions* library,

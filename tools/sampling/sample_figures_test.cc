@@ -7,15 +7,16 @@
 #include <memory>
 #include <vector>
 
+#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "sim/metrics/transitions.h"
 #include "sim/world/body_state.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/library_transitions.h"
 #include "tools/sampling/sample_starts.h"
 #include "tools/sampling/sampler.h"
-#include "tools/sampling/testing/latent_bundle.h"
 
 namespace sinew::sampling {
 namespace {
@@ -24,9 +25,10 @@ using ::sinew::testing::IsOk;
 using ::testing::SizeIs;
 
 struct Toy {
-  world::testing::ToyWorld world = testing::MakeLatentToy();
+  world::testing::ToyWorld world =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
   bundle::Bundle bundle =
-      bundle::ReadBundle(testing::WriteLatentBundle(world)).value();
+      bundle::ReadBundle(bundle::testing::WriteToyLatent(world)).value();
   std::unique_ptr<const Sampler> sampler = Sampler::Create(bundle).value();
 
   SampleFigures Measure(const std::vector<SampleStart>& starts,
@@ -38,7 +40,8 @@ struct Toy {
         .value();
   }
   LibraryTransitions Transitions(int64_t most = 1000) const {
-    return MakeLibraryTransitions(*sampler, *world.library, most).value();
+    return MakeLibraryTransitions(*sampler, *world.library, most, StopToken())
+        .value();
   }
 };
 

@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "common/random/philox.h"
 #include "common/status_macros.h"
+#include "sim/character/model_ptr.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/tracking_task.h"
 #include "tools/evaluation/subject.h"
@@ -61,7 +62,7 @@ SampleStart ClipState(const BodyLaw& law, const motion::Library& library,
 
 absl::StatusOr<std::vector<SampleStart>> FromClips(
     const BodyLaw& law, const motion::Library& library, int count,
-    uint64_t seed) {
+    uint64_t seed, const StopToken& stop) {
   const std::vector<ClipFrame> frames = StandingFrames(law, library);
   if (frames.empty()) {
     return absl::InvalidArgumentError(
@@ -70,6 +71,9 @@ absl::StatusOr<std::vector<SampleStart>> FromClips(
   }
   std::vector<SampleStart> starts;
   for (int i = 0; i < count; ++i) {
+    if (stop.stop_requested()) {
+      return absl::CancelledError("--start clip: stopped before its end");
+    }
     const RandomKey key = {.seed = seed,
                            .environment = static_cast<uint64_t>(i),
                            .purpose = RandomPurpose::kStart};
@@ -80,10 +84,11 @@ absl::StatusOr<std::vector<SampleStart>> FromClips(
 }
 
 absl::StatusOr<std::vector<SampleStart>> FromFloor(const BodyLaw& law,
-                                                   int count) {
+                                                   int count,
+                                                   const StopToken& stop) {
   SINEW_ASSIGN_OR_RETURN(const world::FallenStates fallen,
                          world::FallenStates::MakeForEvaluation(
-                             law.character(), law.recipe(), count));
+                             law.character(), law.recipe(), count, stop));
   std::vector<SampleStart> starts;
   for (int i = 0; i < count; ++i) {
     const absl::Span<const double> qpos = fallen.qpos(i);
@@ -131,8 +136,10 @@ absl::StatusOr<StartKind> ParseStart(absl::string_view text) {
 
 absl::StatusOr<std::vector<SampleStart>> MakeStarts(
     const BodyLaw& law, const motion::Library* library, const StartKind& kind,
-    int count, uint64_t seed) {
-  if (kind.kind == StartKind::Kind::kFallen) return FromFloor(law, count);
+    int count, uint64_t seed, const StopToken& stop) {
+  if (kind.kind == StartKind::Kind::kFallen) {
+    return FromFloor(law, count, stop);
+  }
   if (library == nullptr) {
     return absl::InvalidArgumentError(
         "--start: expected --motions for a start from a clip, or fallen");
@@ -140,7 +147,7 @@ absl::StatusOr<std::vector<SampleStart>> MakeStarts(
   if (kind.kind == StartKind::Kind::kGiven) {
     return FromGiven(law, *library, kind);
   }
-  return FromClips(law, *library, count, seed);
+  return FromClips(law, *library, count, seed, stop);
 }
 
 }  // namespace sinew::sampling

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "common/stop.h"
 #include "sim/motion/library.h"
 #include "tools/sampling/free_body.h"
 
@@ -41,10 +42,10 @@ absl::StatusOr<StartKind> ParseStart(absl::string_view text);
 // Same inputs, same states. Blocking: fallen states are simulated, about 15 ms
 // each. Errors: INVALID_ARGUMENT: clips asked for and no `library` (null), a
 // time outside of the clip, a library without such frames; NOT_FOUND: no such
-// clip.
+// clip; CANCELLED: between two states.
 absl::StatusOr<std::vector<SampleStart>> MakeStarts(
     const BodyLaw& law, const motion::Library* library, const StartKind& kind,
-    int count, uint64_t seed);
+    int count, uint64_t seed, const StopToken& stop);
 
 }  // namespace sinew::sampling
 

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/free_body.h"
-#include "tools/sampling/testing/latent_bundle.h"
 
 namespace sinew::sampling {
 namespace {
@@ -27,17 +28,18 @@ using ::testing::SizeIs;
 using ::testing::StartsWith;
 
 struct Toy {
-  world::testing::ToyWorld world = testing::MakeLatentToy();
+  world::testing::ToyWorld world =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
   bundle::Bundle bundle =
-      bundle::ReadBundle(testing::WriteLatentBundle(world)).value();
+      bundle::ReadBundle(bundle::testing::WriteToyLatent(world)).value();
   std::shared_ptr<const BodyLaw> law =
-      BodyLaw::Create(bundle, testing::kToySelf).value();
+      BodyLaw::Create(bundle, bundle::testing::LatentWidths().self).value();
 
   absl::StatusOr<std::vector<SampleStart>> Make(const std::string& start,
                                                 int count,
                                                 uint64_t seed = 0) const {
     return MakeStarts(*law, world.library.get(), ParseStart(start).value(),
-                      count, seed);
+                      count, seed, StopToken());
   }
 };
 
@@ -120,6 +122,20 @@ TEST(MakeStarts, LaysBodiesOnTheFloorAtRest) {
   EXPECT_NE((*starts)[0].qpos, (*starts)[1].qpos);
 }
 
+TEST(MakeStarts, StopsWhenItIsAskedTo) {
+  const Toy toy;
+  StopSource source;
+  source.request_stop();
+
+  for (const char* start : {"clip", "fallen"}) {
+    EXPECT_THAT(MakeStarts(*toy.law, toy.world.library.get(),
+                           ParseStart(start).value(), 2, 0, source.get_token())
+                    .status(),
+                StatusIs(absl::StatusCode::kCancelled))
+        << start;
+  }
+}
+
 TEST(MakeStarts, SaysWhatIsWrong) {
   const Toy toy;
 
@@ -129,7 +145,8 @@ TEST(MakeStarts, SaysWhatIsWrong) {
   EXPECT_THAT(toy.Make("run:1", 1).status(),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("\"run\"")));
   EXPECT_THAT(
-      MakeStarts(*toy.law, nullptr, {.kind = StartKind::Kind::kClip}, 1, 0)
+      MakeStarts(*toy.law, nullptr, {.kind = StartKind::Kind::kClip}, 1, 0,
+                 StopToken())
           .status(),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--motions")));
 }

@@ -12,6 +12,7 @@
 #include "common/policy/validate.h"
 #include "common/random/philox.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/latent_graphs.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::sampling {
@@ -29,15 +30,18 @@ absl::Status Error(const bundle::Bundle& bundle, absl::string_view expected,
                    ", found ", found));
 }
 
-// Width of the tap "latent".
-absl::StatusOr<int> LatentWidth(const bundle::Bundle& bundle) {
+// What is said of latents is what the decoder takes: it is to be seen.
+absl::StatusOr<int> FindLatentTap(const bundle::Bundle& bundle) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* graph,
                          policy::FindGraph(bundle.graph, kGraph));
   SINEW_ASSIGN_OR_RETURN((const std::map<std::string, int64_t> widths),
                          policy::InferWidths(bundle.graph, kGraph));
   std::vector<std::string> taps;
   for (const v1::Tap& tap : graph->taps()) {
-    if (tap.name() == kLatent) return static_cast<int>(widths.at(tap.value()));
+    if (tap.name() == kLatent &&
+        widths.at(tap.value()) == bundle::LatentWidth(bundle.graph)) {
+      return static_cast<int>(widths.at(tap.value()));
+    }
     taps.push_back(tap.name());
   }
   return Error(bundle, "a tap \"latent\"", absl::StrJoin(taps, ", "));
@@ -230,7 +234,7 @@ absl::StatusOr<world::ObservationBuilder> StateFeatures(
 absl::StatusOr<std::unique_ptr<const Sampler>> Sampler::Create(
     const bundle::Bundle& bundle) {
   SINEW_ASSIGN_OR_RETURN(policy::Ports ports, FindSamplePorts(bundle));
-  SINEW_ASSIGN_OR_RETURN(const int latent_width, LatentWidth(bundle));
+  SINEW_ASSIGN_OR_RETURN(const int latent_width, FindLatentTap(bundle));
   SINEW_ASSIGN_OR_RETURN(std::shared_ptr<const BodyLaw> law,
                          BodyLaw::Create(bundle, ports.observation_width));
   SINEW_ASSIGN_OR_RETURN(

@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "proto/sinew/v1/graph.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/sampling/sample_starts.h"
-#include "tools/sampling/testing/latent_bundle.h"
 
 namespace sinew::sampling {
 namespace {
@@ -25,17 +26,19 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-constexpr size_t kLatent = testing::kToyLatent;
+const size_t kLatent = bundle::testing::LatentWidths().latent;
 
 struct Toy {
-  world::testing::ToyWorld world = testing::MakeLatentToy();
+  world::testing::ToyWorld world =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
   bundle::Bundle bundle =
-      bundle::ReadBundle(testing::WriteLatentBundle(world)).value();
+      bundle::ReadBundle(bundle::testing::WriteToyLatent(world)).value();
   std::unique_ptr<const Sampler> sampler = Sampler::Create(bundle).value();
 
   std::vector<SampleStart> Starts(int count) const {
     return MakeStarts(sampler->law(), world.library.get(),
-                      {.kind = StartKind::Kind::kClip}, count, /*seed=*/1)
+                      {.kind = StartKind::Kind::kClip}, count, /*seed=*/1,
+                      StopToken())
         .value();
   }
   std::vector<SampleMotion> Run(const SampleOrder& order) const {
@@ -67,7 +70,7 @@ TEST(Sampler, RecordsTheStartAndEveryStep) {
 
   ASSERT_THAT(motions, SizeIs(4));
   const auto width = static_cast<size_t>(toy.sampler->num_features());
-  EXPECT_EQ(width, testing::kToySelf);
+  EXPECT_EQ(width, bundle::testing::LatentWidths().self);
   const size_t nq = starts[0].qpos.size();
   for (size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(motions[i].start, static_cast<int>(i) / 2);
@@ -158,6 +161,21 @@ TEST(Sampler, TheZeroActionUsesNoNetwork) {
 
   EXPECT_EQ(motions[0].frames(), 4);
   EXPECT_THAT(motions[0].latent, SizeIs(0));
+}
+
+TEST(Sampler, ADivergedSampleEndsWithItsLastSoundState) {
+  const Toy toy;
+  std::vector<SampleStart> starts = toy.Starts(2);
+  starts[0].qvel[0] = 1e12;  // beyond what MuJoCo takes for a velocity
+
+  const auto motions =
+      toy.Run({.starts = starts, .steps = 3, .noise = std::nullopt});
+
+  ASSERT_THAT(motions, SizeIs(2));
+  EXPECT_TRUE(motions[0].diverged);
+  EXPECT_EQ(motions[0].frames(), 1);
+  EXPECT_FALSE(motions[1].diverged);
+  EXPECT_EQ(motions[1].frames(), 4);
 }
 
 TEST(Sampler, StopsWhenItIsAskedTo) {

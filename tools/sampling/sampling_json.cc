@@ -30,7 +30,8 @@ Json TransitionsObject(const metrics::TransitionFigures& figures, int64_t all) {
           {"generated_all", all},
           {"library", figures.library},
           {"distance", figures.distance},
-          {"squared_distance", figures.squared},
+          {"squared_distance_all", figures.squared},
+          {"squared_distance_within_threshold", Number(figures.squared_within)},
           {"far_share", figures.far_share},
           {"coverage", figures.coverage},
           {"matched_share", figures.matched}};
@@ -96,6 +97,16 @@ Json FiguresObject(const SampleFigures& figures) {
   return object;
 }
 
+std::string StudentDefinition(const SamplingSource& source) {
+  return absl::StrCat(
+      "transitions of the policy that tracks the clips, in the world of "
+      "evaluations: ",
+      source.student_randomised ? "randomised as its recipe says"
+                                : "not randomised",
+      ", each piece ends where it fails; samples move in the same physics and "
+      "actuator model, never randomised, and do not end");
+}
+
 Json Definitions(const SamplingSource& source) {
   return {
       {"upright", absl::StrFormat("%s at %g of its standing height or above",
@@ -119,9 +130,12 @@ Json Definitions(const SamplingSource& source) {
        "sim/world/observation.h, each standardised over the library; distance: "
        "root mean square of the differences to the nearest library transition, "
        "mean over generated ones; squared_distance: equation 8 of Bae et al. "
-       "2025; coverage: share of library transitions that a generated one lies "
+       "2025, over all generated ones, and, as they do, over those within the "
+       "threshold (null: none is); coverage: share of library transitions that "
+       "a generated one lies "
        "within the threshold of; matched_share: that are the nearest of a "
        "generated one; far_share: generated ones beyond the threshold"},
+      {"student", StudentDefinition(source)},
       {"student_coverage",
        "of the library transitions that the policy covers "
        "when it tracks the clips, the share covered here"},

@@ -26,6 +26,8 @@ struct SamplingSource {
   double standing_height = 0;
   int features = 0;  // F of transitions
   double threshold = 0;
+  // Whether the bundle's evaluations, in which the student moves, are.
+  bool student_randomised = false;
 };
 
 // The file of `sinew sample`; what its fields mean it says itself under

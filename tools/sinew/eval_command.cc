@@ -128,9 +128,14 @@ void AddEvalCommand(CLI::App& app, Action& action) {
                       "so many starts on the floor as well, 1 to 1024 (256 is "
                       "the usual figure)");
   command->add_option("--threads", options->threads, "default: all cores");
-  command->add_option("--table", options->table,
-                      "nothing is evaluated: prints a table of such JSON "
-                      "files, NAME=FILE each");
+  CLI::Option* table =
+      command->add_option("--table", options->table,
+                          "nothing is evaluated: prints a table of such JSON "
+                          "files, NAME=FILE each");
+  for (const char* other : {"--bundle", "--motions", "--out", "--seconds",
+                            "--starts", "--fallen", "--threads"}) {
+    table->excludes(command->get_option(other));
+  }
 }
 
 }  // namespace sinew::tools

@@ -81,5 +81,12 @@ TEST(EvalCommand, NamesTheFlagThatIsMissing) {
       StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere/o.json")));
 }
 
+TEST(EvalCommand, TakesNoOtherFlagBesideATable) {
+  EXPECT_THROW(static_cast<void>(Eval("--table a=o.json --bundle b")),
+               CLI::ExcludesError);
+  EXPECT_THROW(static_cast<void>(Eval("--starts 2 --table a=o.json")),
+               CLI::ExcludesError);
+}
+
 }  // namespace
 }  // namespace sinew::tools

@@ -162,6 +162,15 @@ TEST_F(PromoteCommand, TakesBundlesWithALatent) {
   EXPECT_THAT(Promote("latent"), IsOk());
 
   EXPECT_EQ(Alias("stable"), "latent");
+
+  // What others decode latents by does not go away.
+  EXPECT_THAT(Promote("good", "--success-tolerance 1 --error-tolerance 1000"),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr(Path("good") +
+                                       ": cannot follow incumbent latent"),
+                             HasSubstr("graphs: expected \"encoder\""))));
+  EXPECT_EQ(Alias("stable"), "latent");
+  EXPECT_EQ(Alias("good"), "none");
 }
 
 TEST_F(PromoteCommand, NamesTheCandidateThatIsAltered) {

@@ -12,8 +12,8 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "sim/world/testing/toy_world.h"
-#include "tools/sampling/testing/latent_bundle.h"
 
 namespace sinew::tools {
 namespace {
@@ -26,8 +26,9 @@ using ::testing::Not;
 using Json = nlohmann::json;
 
 struct Toy {
-  world::testing::ToyWorld world = sampling::testing::MakeLatentToy();
-  std::string bundle = sampling::testing::WriteLatentBundle(world);
+  world::testing::ToyWorld world =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+  std::string bundle = bundle::testing::WriteToyLatent(world);
   std::string out = JoinPath(world.folder, "samples.json");
 
   std::string Arguments(const std::string& more) const {
@@ -71,6 +72,9 @@ TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {
   EXPECT_EQ(json["library"]["transitions"], 58);
   EXPECT_EQ(json["library"]["threshold"], 0.5);
   EXPECT_GT(json["student"]["generated"], 0);
+  EXPECT_THAT(json["definitions"]["student"].get<std::string>(),
+              AllOf(HasSubstr("in the world of evaluations: not randomised"),
+                    HasSubstr("samples move in the same physics")));
   ASSERT_EQ(json["ways"].size(), 4);
   const Json& action = json["ways"][0];
   EXPECT_EQ(action["name"], "zero action");
@@ -166,6 +170,7 @@ TEST(Sample, NamesTheFlagThatIsWrong) {
   expect("--seconds 0", "--seconds: expected > 0, found 0");
   expect("--count 0", "--count: expected >= 1, found 0");
   expect("--count 4 --per-start 3", "--per-start: expected a divisor");
+  expect("--start fallen:1 --per-start 1", "--per-start: expected none");
   expect("--noise=-1", "--noise: expected >= 0, found -1");
   expect("--threshold 0", "--threshold: expected > 0");
   expect("--transitions 0", "--transitions: expected >= 1");
@@ -177,6 +182,10 @@ TEST(Sample, NamesTheFlagThatIsWrong) {
 
 TEST(Sample, NamesWhatIsNotThere) {
   const Toy toy;
+
+  EXPECT_THAT(Sample("--bundle " + toy.bundle + " --out /nowhere/s.json"),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("--out: expected a folder /nowhere")));
 
   EXPECT_THAT(Sample("--bundle /nowhere --out " + toy.out),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));

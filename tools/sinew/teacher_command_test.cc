@@ -60,7 +60,14 @@ TEST_F(TeacherCommand, RefusesAQueueThatHoldsNoBatch) {
       Run(absl::StrCat("--bundle ", bundle_, " --listen ", folder_.Address("t"),
                        " --max-batch 64 --queue 63")),
       StatusIs(absl::StatusCode::kInvalidArgument,
-               HasSubstr("rows of the queue: expected >= 64")));
+               HasSubstr("rows of the queue: expected 64, a batch, to")));
+}
+
+TEST_F(TeacherCommand, RefusesAQueueWithoutBounds) {
+  EXPECT_THAT(Run(absl::StrCat("--bundle ", bundle_, " --listen ",
+                               folder_.Address("t"), " --queue 1000000000")),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("to 262144, found 1000000000")));
 }
 
 TEST_F(TeacherCommand, RefusesPlainTextToOtherMachines) {

@@ -9,6 +9,7 @@
 #include "absl/strings/string_view.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/json_fields.h"
 #include "common/rpc/credentials.h"
 #include "common/status_macros.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -26,12 +27,6 @@ namespace {
 using Json = nlohmann::json;
 using tools::RunFolder;
 
-absl::Status Unfit(absl::string_view file, absl::string_view field,
-                   absl::string_view expected, absl::string_view found) {
-  return absl::InvalidArgumentError(absl::StrCat(
-      file, ": ", field, ": expected ", expected, ", found ", found));
-}
-
 // A string of an object in an object; empty: there is none.
 std::string StringAt(const Json& file, const char* object, const char* key) {
   const auto outer = file.find(object);
@@ -47,12 +42,12 @@ absl::StatusOr<Json> ReadEvaluation(const std::string& path,
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   Json file = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!file.is_object()) {
-    return Unfit(path, "file", "a JSON object", "something else");
+    return UnfitField(path, "file", "a JSON object", "something else");
   }
   const std::string found = StringAt(file, "bundle", "manifest_sha256");
   if (found != manifest.manifest_sha256()) {
-    return Unfit(path, "bundle.manifest_sha256", manifest.manifest_sha256(),
-                 found);
+    return UnfitField(path, "bundle.manifest_sha256",
+                      manifest.manifest_sha256(), found);
   }
   return file;
 }
@@ -65,8 +60,8 @@ absl::Status ReadEvaluations(const CardOptions& options, CardFacts* facts) {
     const std::string library =
         StringAt(facts->evaluation, "library", "sha256");
     if (library != facts->library_sha256) {
-      return Unfit(options.eval, "library.sha256", facts->library_sha256,
-                   library);
+      return UnfitField(options.eval, "library.sha256", facts->library_sha256,
+                        library);
     }
     if (facts->evaluation.contains("fallen")) {
       facts->fallen = facts->evaluation["fallen"];
@@ -76,8 +71,8 @@ absl::Status ReadEvaluations(const CardOptions& options, CardFacts* facts) {
   SINEW_ASSIGN_OR_RETURN(const Json file,
                          ReadEvaluation(options.fallen, manifest));
   if (!file.contains("fallen")) {
-    return Unfit(options.fallen, "fallen", "an object (sinew eval --fallen)",
-                 "none");
+    return UnfitField(options.fallen, "fallen",
+                      "an object (sinew eval --fallen)", "none");
   }
   facts->fallen = file["fallen"];
   return absl::OkStatus();
@@ -102,7 +97,8 @@ absl::Status AddRow(const std::string& folder, RunFacts* facts) {
                            /*allow_exceptions=*/false);
     if (row.is_object()) last = std::move(row);
   }
-  if (!last.is_object()) return Unfit(path, "rows", "at least one", "none");
+  if (!last.is_object())
+    return UnfitField(path, "rows", "at least one", "none");
   const auto cores = last.find("cores");
   if (cores != last.end() && cores->is_number_integer()) {
     facts->cores = cores->get<int64_t>();

@@ -2,18 +2,21 @@
 
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
+#include "common/json_fields.h"
 #include "common/policy/ports.h"
+#include "tools/evaluation/figures_table.h"
 
 namespace sinew::zoo {
 namespace {
 
+using evaluation::TableCell;
 using Json = nlohmann::json;
 
 // Names by credit and licence.
@@ -38,8 +41,8 @@ int Count(const Credits& credits) {
 void AddRows(const Credits& credits, absl::string_view kind,
              std::string* text) {
   for (const auto& [credit, names] : credits) {
-    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ", Cell(credit),
-                    " |\n");
+    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ",
+                    TableCell(credit), " |\n");
   }
 }
 
@@ -48,7 +51,7 @@ std::string Names(const Credits& credits) {
   for (const auto& [credit, names] : credits) {
     all.insert(all.end(), names.begin(), names.end());
   }
-  return Cell(absl::StrJoin(all, ", "));
+  return TableCell(absl::StrJoin(all, ", "));
 }
 
 std::set<std::string> LeftOut(const CardFacts& facts) {
@@ -63,11 +66,6 @@ std::set<std::string> LeftOut(const CardFacts& facts) {
   return names;
 }
 
-double NumberAt(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
-}
-
 bool Failed(const Json& clip) {
   const auto success = clip.find("success");
   return success != clip.end() && *success == false;
@@ -75,7 +73,7 @@ bool Failed(const Json& clip) {
 
 // When a clip fails first, or nothing.
 std::string FailedAt(const Json& clip, double frames_per_second) {
-  const double frame = NumberAt(clip, "failed_at_frame");
+  const double frame = NumberAt(clip, {"failed_at_frame"});
   if (frame < 0 || !(frames_per_second > 0)) return "-";
   return absl::StrFormat("%.1f s", frame / frames_per_second);
 }
@@ -92,11 +90,11 @@ std::string ClipRow(const CardFacts& facts, const Json& clip) {
   }
   const double rate = facts.library.frames_per_second();
   const auto zero = clip.find("zero_action");
-  return absl::StrFormat("| %s | %s | %s | %.0f mm | %s | %.2f |\n", Cell(name),
-                         clip.contains("left_out") ? "left out" : "trained on",
-                         FailedAt(clip, rate), NumberAt(clip, "e_g_mpjpe_mm"),
-                         zero == clip.end() ? "-" : FailedAt(*zero, rate),
-                         force);
+  return absl::StrFormat(
+      "| %s | %s | %s | %.0f mm | %s | %.2f |\n", TableCell(name),
+      clip.contains("left_out") ? "left out" : "trained on",
+      FailedAt(clip, rate), NumberAt(clip, {"e_g_mpjpe_mm"}),
+      zero == clip.end() ? "-" : FailedAt(*zero, rate), force);
 }
 
 std::string Seed(const CardFacts& facts) {
@@ -123,12 +121,42 @@ std::string PythonSnippet(const CardFacts& facts) {
       "]\n```\n");
 }
 
-}  // namespace
-
-std::string Cell(const std::string& text) {
-  return absl::StrReplaceAll(
-      text, {{"|", "\\|"}, {"\n", " "}, {"<", "&lt;"}, {">", "&gt;"}});
+// The flags by which a run takes its sources.
+std::string SourceFlags(const v1::BundleProvenance& provenance) {
+  std::string flags;
+  for (const auto& [role, flag] :
+       {std::pair("init", "--init"), std::pair("primitive", "--primitives"),
+        std::pair("teacher", "--teacher")}) {
+    std::string bundles;
+    for (const v1::BundleSource& source : provenance.sources()) {
+      if (source.role() != role) continue;
+      absl::StrAppend(&bundles, " ",
+                      source.recipe().empty() ? "BUNDLE" : source.recipe());
+    }
+    if (!bundles.empty()) absl::StrAppend(&flags, " ", flag, bundles);
+  }
+  return flags;
 }
+
+// Of bundles that others steer by what lies in the latent.
+std::string LatentSnippet(int64_t width) {
+  if (width == 0) return "";
+  return absl::StrCat("\nWithout any reference, by its latent of ", width,
+                      " numbers (no library is loaded then):\n\n"
+                      "```c\n"
+                      "double mean[",
+                      width, "], std[", width,
+                      "];\n"
+                      "sinew_prior(policy, &state, mean, std, ",
+                      width,
+                      ");  /* likely moves */\n"
+                      "sinew_decode(policy, &state, mean, ",
+                      width,
+                      ", target);  /* or your own */\n"
+                      "```\n");
+}
+
+}  // namespace
 
 std::string TrainedOnChapter(const CardFacts& facts) {
   const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
@@ -144,6 +172,13 @@ std::string TrainedOnChapter(const CardFacts& facts) {
       ".\n\n| clips | | credit and licence |\n|---|---|---|\n");
   AddRows(trained, "trained on", &text);
   AddRows(others, "left out", &text);
+  if (provenance.sources_size() > 0) {
+    absl::StrAppend(
+        &text,
+        "\nWhich clips were left out when the bundles that it was made from "
+        "(see Training) were trained is not known here: they may have seen "
+        "clips that are left out above.\n");
+  }
   absl::StrAppend(&text, "\nLicences of clips and character:\n\n");
   for (const std::string& licence : provenance.data_licences()) {
     absl::StrAppend(&text, "- ", licence, "\n");
@@ -193,15 +228,16 @@ std::string ReproduceChapter(const CardFacts& facts) {
           ? facts.command
           : absl::StrCat("./sinew train --recipe ", facts.run.recipe,
                          " --character ", manifest.character(),
-                         " --motions LIB --run RUN --seed ", Seed(facts));
+                         " --motions LIB --run RUN --seed ", Seed(facts),
+                         SourceFlags(manifest.provenance()));
   std::string text =
       absl::StrCat("## How to make it again\n\n    ", trained, "\n");
   if (facts.evaluation.is_object()) {
     absl::StrAppend(&text,
                     "    ./sinew eval --bundle RUN/bundle --motions LIB "
                     "--starts ",
-                    NumberAt(facts.evaluation, "starts_per_clip"),
-                    " --seconds ", NumberAt(facts.evaluation, "seconds"),
+                    NumberAt(facts.evaluation, {"starts_per_clip"}),
+                    " --seconds ", NumberAt(facts.evaluation, {"seconds"}),
                     " --out eval.json\n");
   }
   absl::StrAppend(
@@ -227,7 +263,9 @@ std::string LoadChapter(const CardFacts& facts) {
       "sinew_step(policy, &state, target);  /* ",
       facts.bundle.manifest.control_hz(),
       " times a second */\n"
-      "```\n\nIn Python, the network alone (onnxruntime, numpy):\n\n",
+      "```\n",
+      LatentSnippet(facts.bundle.manifest.latent_width()),
+      "\nIn Python, the network alone (onnxruntime, numpy):\n\n",
       PythonSnippet(facts));
 }
 

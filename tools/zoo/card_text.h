@@ -13,9 +13,6 @@ namespace sinew::zoo {
 //
 // Thread-safety: pure. Blocking: never. Errors: none.
 
-// As one cell of a table.
-std::string Cell(const std::string& text);
-
 // Clips by credit and licence, those left out apart where the library is the
 // one that it was trained on.
 std::string TrainedOnChapter(const CardFacts& facts);

@@ -6,6 +6,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
+#include "common/json_fields.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/figures_table.h"
 #include "tools/zoo/card_text.h"
@@ -16,7 +17,7 @@ namespace {
 using Json = nlohmann::json;
 
 std::string OrUnknown(const std::string& text) {
-  return text.empty() ? "unknown" : Cell(text);
+  return text.empty() ? "unknown" : evaluation::TableCell(text);
 }
 
 int64_t Parameters(const bundle::Bundle& bundle) {
@@ -33,8 +34,8 @@ std::string IntroductionChapter(const CardFacts& facts) {
       "# %s, %s\n\nA policy that makes the character %s follow reference "
       "motions: %d joints, %d tracked bodies, %g control steps a second, "
       "observation %d, action %d.\n\n",
-      OrUnknown(facts.run.recipe), Cell(manifest.character()),
-      Cell(manifest.character()), manifest.joints_size(),
+      OrUnknown(facts.run.recipe), evaluation::TableCell(manifest.character()),
+      evaluation::TableCell(manifest.character()), manifest.joints_size(),
       manifest.bodies_size(), manifest.control_hz(),
       manifest.observation_width(), manifest.action_width());
   absl::StrAppend(&text, "| | |\n|---|---|\n| graphs | ",
@@ -51,7 +52,7 @@ std::string IntroductionChapter(const CardFacts& facts) {
 }
 
 std::string Machine(const CardFacts& facts) {
-  if (!facts.machine.empty()) return Cell(facts.machine);
+  if (!facts.machine.empty()) return evaluation::TableCell(facts.machine);
   if (facts.run.cores == 0) return "unknown";
   return absl::StrCat(facts.run.cores, " cores, ",
                       OrUnknown(facts.run.cpu_class));
@@ -68,21 +69,16 @@ std::string TrainingChapter(const CardFacts& facts) {
       facts.run.samples, facts.run.train_seconds / 3600,
       provenance.iterations(), Machine(facts), OrUnknown(provenance.build()));
   for (const v1::BundleSource& source : provenance.sources()) {
-    absl::StrAppend(&text, "| ", Cell(source.role()), " | ",
+    absl::StrAppend(&text, "| ", evaluation::TableCell(source.role()), " | ",
                     OrUnknown(source.recipe()), ", ", source.manifest_sha256(),
                     " |\n");
   }
   if (facts.run.decisions.empty()) return text;
   absl::StrAppend(&text, "\nIts procedure, in its own words:\n\n");
   for (const std::string& decision : facts.run.decisions) {
-    absl::StrAppend(&text, "1. ", Cell(decision), "\n");
+    absl::StrAppend(&text, "1. ", evaluation::TableCell(decision), "\n");
   }
   return text;
-}
-
-double NumberAt(const Json& object, absl::string_view key) {
-  const auto found = object.find(std::string(key));
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
 }
 
 std::string FallenText(const Json& fallen) {
@@ -93,11 +89,11 @@ std::string FallenText(const Json& fallen) {
   return absl::StrFormat(
       "\nOf %d fallen starts, %.1f %% stand and track again within 3 s, %.1f "
       "%% within 5 s (zero action: %.1f %%, %.1f %%).\n",
-      static_cast<int64_t>(NumberAt(fallen, "starts")),
-      100 * NumberAt(fallen, "recovered_3_s"),
-      100 * NumberAt(fallen, "recovered_5_s"),
-      100 * NumberAt(beside, "recovered_3_s"),
-      100 * NumberAt(beside, "recovered_5_s"));
+      static_cast<int64_t>(NumberAt(fallen, {"starts"})),
+      100 * NumberAt(fallen, {"recovered_3_s"}),
+      100 * NumberAt(fallen, {"recovered_5_s"}),
+      100 * NumberAt(beside, {"recovered_3_s"}),
+      100 * NumberAt(beside, {"recovered_5_s"}));
 }
 
 absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
@@ -105,16 +101,17 @@ absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
   if (facts.evaluation.is_object()) {
     SINEW_ASSIGN_OR_RETURN(
         const std::string table,
-        evaluation::FiguresTable({{.name = OrUnknown(facts.run.recipe),
-                                   .file = "eval.json",
-                                   .json = facts.evaluation.dump()}}));
+        evaluation::FiguresTable(
+            {{.name = facts.run.recipe.empty() ? "unknown" : facts.run.recipe,
+              .file = "eval.json",
+              .json = facts.evaluation.dump()}}));
     absl::StrAppend(
         &text, table,
         "\nA clip succeeds (Succ) if its bodies' mean distance from the "
         "reference stays small at every start; errors, of clips that succeed: "
         "mm, mm, mm/frame^2, mm/frame at 30 Hz. ",
-        NumberAt(facts.evaluation, "starts_per_clip"), " starts a clip, ",
-        NumberAt(facts.evaluation, "seconds"), " s of those that loop.");
+        NumberAt(facts.evaluation, {"starts_per_clip"}), " starts a clip, ",
+        NumberAt(facts.evaluation, {"seconds"}), " s of those that loop.");
     if (facts.library_sha256 !=
         facts.bundle.manifest.provenance().library_sha256()) {
       absl::StrAppend(&text, " Evaluated on another library than trained on: ",

@@ -15,6 +15,7 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "learner/procedure/procedure.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/evaluate_bundle.h"
@@ -96,6 +97,28 @@ TEST_F(ModelCardTest, SaysThatNothingWasEvaluated) {
   EXPECT_THAT(*card, AllOf(HasSubstr("Not evaluated."),
                            HasSubstr("nothing is known of its limits"),
                            HasSubstr("| machine | unknown |")));
+}
+
+TEST_F(ModelCardTest, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
+  const world::testing::ToyWorld toy =
+      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
+  bundle::BundleContent content = bundle::testing::ToyLatentContent(toy);
+  v1::BundleSource* teacher =
+      content.manifest.mutable_provenance()->add_sources();
+  teacher->set_role("teacher");
+  teacher->set_recipe("phc_plus");
+  teacher->set_manifest_sha256("abc");
+  ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr(" --teacher phc_plus\n"),
+                           HasSubstr("they may have seen clips that are left "
+                                     "out above"),
+                           HasSubstr("double mean[6], std[6];"),
+                           HasSubstr("sinew_decode(policy, &state, mean, 6, "
+                                     "target);")));
 }
 
 TEST_F(ModelCardTest, AddsUpWhatAProcedureTook) {

@@ -6,8 +6,10 @@
 
 #include "absl/strings/match.h"
 #include "absl/types/span.h"
+#include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
+#include "common/files.h"
 #include "common/policy/latent_builder.h"
 #include "common/random/philox.h"
 #include "deploy/bundle/content.h"
@@ -80,6 +82,13 @@ BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
       SerializeDeterministically(LatentSnapshot(widths));
   inputs.snapshot = snapshot;
   return MakeContent(inputs).value();
+}
+
+std::string WriteToyLatent(const world::testing::ToyWorld& toy) {
+  const std::string directory = JoinPath(toy.folder, "bundle");
+  const absl::Status written = WriteBundle(ToyLatentContent(toy), directory);
+  SINEW_CHECK(written.ok()) << written.ToString();
+  return directory;
 }
 
 }  // namespace sinew::bundle::testing

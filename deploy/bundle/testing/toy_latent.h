@@ -2,6 +2,7 @@
 #define SINEW_DEPLOY_BUNDLE_TESTING_TOY_LATENT_H_
 
 #include <cstdint>
+#include <string>
 
 #include "common/policy/safetensors.h"
 #include "deploy/bundle/bundle.h"
@@ -35,6 +36,9 @@ v1::Recipe ToyLatentRecipe();
 // The content of a bundle for the toy world of such a recipe.
 BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
                                const LatentWidths& widths = {});
+
+// The same, written into the toy's folder; returns where.
+std::string WriteToyLatent(const world::testing::ToyWorld& toy);
 
 }  // namespace sinew::bundle::testing
 

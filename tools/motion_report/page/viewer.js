@@ -41,6 +41,14 @@ function shapeMesh(shape, material) {
   return mesh;
 }
 
+// Gives up what the graphics card holds of a group.
+function dispose(group) {
+  group.traverse((object) => {
+    if (object.geometry) object.geometry.dispose();
+    if (object.material) object.material.dispose();
+  });
+}
+
 class Character {
   constructor(bodies) {
     this.group = new THREE.Group();
@@ -251,7 +259,10 @@ export function makeViewer(bodies) {
   const show = (of) => {
     title.textContent = of.name;
     if (skeleton) scene.remove(skeleton.group);
-    crowd.forEach((other) => scene.remove(other.character.group));
+    crowd.forEach((other) => {
+      scene.remove(other.character.group);
+      dispose(other.character.group);
+    });
     crowd = [];
     skeleton = clip = null;
     if (of.trajectory === undefined) {
