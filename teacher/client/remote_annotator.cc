@@ -141,11 +141,21 @@ absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
       replica.peer(), ": spread: expected what it was, found other numbers"));
 }
 
-// What a replica says of itself and of a row of zeros.
+// What a replica says of itself and of a sample row.
 struct Introduction {
   v1::DescribeTeacherResponse description;
   std::vector<double> targets, spread;
 };
+
+// An observation by which policies show how they differ: zeros would ask only
+// for their biases.
+std::vector<float> SampleRow(int64_t width) {
+  std::vector<float> row(width);
+  for (int64_t i = 0; i < width; ++i) {
+    row[i] = 0.1F * static_cast<float>(i % 7 - 3);
+  }
+  return row;
+}
 
 absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
                                        const Clock& clock,
@@ -159,8 +169,8 @@ absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
   SINEW_ASSIGN_OR_RETURN(result.description,
                          replica.Describe(timeout(), options.stop));
   SINEW_RETURN_IF_ERROR(CheckDescription(result.description, replica.peer()));
-  const std::vector<float> observations(result.description.observation_width(),
-                                        0.0F);
+  const std::vector<float> observations =
+      SampleRow(result.description.observation_width());
   const std::vector<double> bases(result.description.action_width(), 0.0);
   SINEW_ASSIGN_OR_RETURN(
       const v1::AnnotateResponse answer,
@@ -236,7 +246,7 @@ absl::StatusOr<v1::DescribeTeacherResponse> CommonDescription(
                                      other.description, replicas[i]->peer()));
     if (other.targets != first.targets || other.spread != first.spread) {
       return absl::FailedPreconditionError(absl::StrCat(
-          replicas[i]->peer(), ": expected the same answer to a row of zeros ",
+          replicas[i]->peer(), ": expected the same answer to a sample row ",
           "as ", replicas[0]->peer(), " gives, found another"));
     }
     result.set_max_rows(

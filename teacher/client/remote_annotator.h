@@ -44,7 +44,7 @@ struct RemoteAnnotatorOptions {
 // replicas answered, nor on how often it took.
 //
 // All replicas must be there at the beginning, and be alike: the same bundle,
-// build and CPU class, and the same bytes in answer to a row of zeros.
+// build and CPU class, and the same bytes in answer to a sample row.
 //
 // INVALID_ARGUMENT: an option out of range, an address; FAILED_PRECONDITION:
 // replicas that differ, naming both, or one that makes no sense; UNAVAILABLE,

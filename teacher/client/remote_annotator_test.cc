@@ -93,7 +93,7 @@ TEST_F(RemoteAnnotatorTest, PutsAnswersOfManyCallsInTheirPlaces) {
 
   EXPECT_EQ(targets_, expected_);
   EXPECT_EQ(a.most_rows(), 7);
-  EXPECT_EQ(a.calls(), 1 + 8);  // the row of zeros; 50 rows by 7
+  EXPECT_EQ(a.calls(), 1 + 8);  // the sample row; 50 rows by 7
 }
 
 TEST_F(RemoteAnnotatorTest, AsksForNoMoreRowsThanEveryReplicaTakes) {
@@ -246,9 +246,9 @@ TEST_F(RemoteAnnotatorTest, RefusesAReplicaWhoseNumbersDiffer) {
     return grpc::Status::OK;
   });
 
-  EXPECT_THAT(ConnectAnnotator(options_),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("row of zeros")));
+  EXPECT_THAT(
+      ConnectAnnotator(options_),
+      StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("sample row")));
 }
 
 TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatHasBecomeAnother) {
@@ -263,7 +263,7 @@ TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatHasBecomeAnother) {
   ASSERT_THAT(Annotate(**annotator), IsOk());
 
   EXPECT_EQ(targets_, expected_);
-  EXPECT_EQ(b.calls(), 1);  // the row of zeros
+  EXPECT_EQ(b.calls(), 1);  // the sample row
   a.SetDescription(description);
   EXPECT_THAT(Annotate(**annotator),
               StatusIs(absl::StatusCode::kFailedPrecondition,
