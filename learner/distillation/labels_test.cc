@@ -43,7 +43,8 @@ void SetColumn(const char* name, const std::vector<T>& values,
 v1::Segment MakeSegment(int64_t order_id) {
   v1::Segment segment;
   segment.set_order_id(order_id);
-  for (const auto& column : Options().layout.columns()) {
+  const v1::SegmentLayout layout = Options().layout;
+  for (const v1::SegmentLayout::Column& column : layout.columns()) {
     v1::Tensor& tensor = *segment.add_columns();
     tensor.set_name(column.name());
     tensor.set_dtype(column.dtype());
