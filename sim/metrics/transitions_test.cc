@@ -74,7 +74,7 @@ TEST(TransitionSet, HasNoneOfAMotionOfOneState) {
 TEST(Standardise, MakesTheLibraryMeanZeroAndDeviationOne) {
   TransitionSet set(/*features=*/2, /*announced=*/1, /*most=*/1);
   // Feature 0: -1 and 3, mean 1, deviation 2. Feature 1 never varies: its
-  // deviation counts as 0.01.
+  // deviation counts as 0.1.
   set.AddMotion({-1, 5, 3, 5});
 
   const Standardisation standardisation = Standardise(set);
@@ -82,7 +82,7 @@ TEST(Standardise, MakesTheLibraryMeanZeroAndDeviationOne) {
   EXPECT_FLOAT_EQ(standardisation.mean[0], 1);
   EXPECT_FLOAT_EQ(standardisation.inverse_deviation[0], 0.5);
   EXPECT_FLOAT_EQ(standardisation.mean[1], 5);
-  EXPECT_FLOAT_EQ(standardisation.inverse_deviation[1], 100);
+  EXPECT_FLOAT_EQ(standardisation.inverse_deviation[1], 10);
   FeatureRows expected(1, 4);
   expected << -1, 0, 1, 0;
   EXPECT_TRUE(Standardised(set, standardisation).isApprox(expected));
