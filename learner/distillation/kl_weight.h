@@ -7,9 +7,10 @@
 
 namespace sinew::learner {
 
-// Weight of the KL after so many samples: kl_weight up to kl_anneal_begin,
-// kl_weight_final from kl_anneal_end on, linear between. Pure.
-double KlWeight(const v1::Distillation& recipe, int64_t samples);
+// Weight of the KL after so many rows were inserted into the memory: kl_weight
+// up to kl_anneal_begin, kl_weight_final from kl_anneal_end on, linear between.
+// Pure.
+double KlWeight(const v1::Distillation& recipe, int64_t inserted_rows);
 
 }  // namespace sinew::learner
 
