@@ -21,16 +21,12 @@
 #include "learner/update/initial_weights.h"
 #include "learner/update/normaliser.h"
 #include "learner/update/rank_pool.h"
-#include "learner/update/saved_tensors.h"
+#include "learner/update/running_state.h"
 
 namespace sinew::learner {
 namespace {
 
 constexpr char kSource[] = "training state";
-// Names of saved tensors.
-constexpr char kSumsMean[] = "normaliser_sums/mean";
-constexpr char kSumsSquares[] = "normaliser_sums/squares";
-constexpr char kFactors[] = "factors";  // std, learning rate
 
 SequenceShape ShapeOf(const v1::Recipe& recipe,
                       const DistillationLearner::Options& options) {
@@ -57,7 +53,7 @@ class Distillation final : public DistillationLearner {
              .shape = shape(),
              .samples_per_insert = recipe.distillation().samples_per_insert(),
              .recipe = recipe.distillation().memory()}),
-        moments_(options.observation_width) {}
+        running_({.moments = Moments(options.observation_width)}) {}
 
   absl::Status Prepare(absl::Span<const v1::Segment* const> segments) override {
     return labeller_.Prepare(segments);
@@ -72,16 +68,12 @@ class Distillation final : public DistillationLearner {
   TensorMap SaveTensors() const override {
     TensorMap tensors = networks_->SaveWeights();
     networks_->SaveOptimiser(tensors);
-    const int64_t width = static_cast<int64_t>(moments_.mean.size());
-    tensors[kSumsMean] = HostTensor::Float64({width}, moments_.mean);
-    tensors[kSumsSquares] = HostTensor::Float64({width}, moments_.squares);
-    tensors[kFactors] =
-        HostTensor::Float64({2}, {std_factor_, learning_rate_factor_});
+    SaveRunningState(running_, tensors);
     return tensors;
   }
   void SaveCounters(v1::TrainingState& state) const override {
     state.set_policy_optimiser_step(networks_->optimiser_steps());
-    state.set_normaliser_count(moments_.count);
+    state.set_normaliser_count(running_.moments.count);
     memory_.Save(*state.mutable_memory());
   }
   std::vector<StateChunk> SaveChunks() const override {
@@ -99,14 +91,14 @@ class Distillation final : public DistillationLearner {
     });
     SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
-    InheritNormalisers(own, kInheritedRows, moments_);
+    InheritNormalisers(own, kInheritedRows, running_.moments);
     return absl::OkStatus();
   }
 
   // There is no standard deviation to lower.
   void SetFactors(double std_factor, double learning_rate_factor) override {
-    std_factor_ = std_factor;
-    learning_rate_factor_ = learning_rate_factor;
+    running_.std_factor = std_factor;
+    running_.learning_rate_factor = learning_rate_factor;
   }
 
  private:
@@ -114,14 +106,15 @@ class Distillation final : public DistillationLearner {
 
   absl::Status ApplyNormaliser(const std::vector<LabelledSegment>& labelled) {
     for (const LabelledSegment& one : labelled)
-      MergeMoments(one.moments, moments_);
+      MergeMoments(one.moments, running_.moments);
     TensorMap weights = networks_->SaveWeights();
-    WriteNormalisers(moments_, weights);
+    WriteNormalisers(running_.moments, weights);
     return networks_->LoadWeights(weights);
   }
 
   double learning_rate() const {
-    return recipe_.distillation().learning_rate() * learning_rate_factor_;
+    return recipe_.distillation().learning_rate() *
+           running_.learning_rate_factor;
   }
   DistillationSettings Settings() const {
     const v1::Distillation& distillation = recipe_.distillation();
@@ -147,9 +140,7 @@ class Distillation final : public DistillationLearner {
   RankPool pool_;
   Labeller labeller_;
   Memory memory_;
-  Moments moments_;  // of all valid rows so far
-  double std_factor_ = 1;
-  double learning_rate_factor_ = 1;  // by annealing
+  RunningState running_;
 };
 
 absl::StatusOr<UpdateStatistics> Distillation::Update(
@@ -190,13 +181,9 @@ absl::Status Distillation::Load(const TensorMap& tensors,
                                 const v1::TrainingState& state,
                                 absl::Span<const StateChunk> chunks) {
   SINEW_RETURN_IF_ERROR(CheckFinite(tensors, kSource));
-  const std::vector<int64_t> width = {shape().observation};
-  SINEW_ASSIGN_OR_RETURN(const auto mean,
-                         SavedDoubles(tensors, kSumsMean, width));
-  SINEW_ASSIGN_OR_RETURN(const auto squares,
-                         SavedDoubles(tensors, kSumsSquares, width));
-  SINEW_ASSIGN_OR_RETURN(const auto factors,
-                         SavedDoubles(tensors, kFactors, {2}));
+  SINEW_ASSIGN_OR_RETURN(
+      RunningState running,
+      LoadRunningState(tensors, shape().observation, state.normaliser_count()));
   if (state.policy_optimiser_step() < 0 || !(state.normaliser_count() >= 0)) {
     return absl::InvalidArgumentError(absl::StrCat(
         kSource,
@@ -214,11 +201,7 @@ absl::Status Distillation::Load(const TensorMap& tensors,
     SINEW_CHECK(back.ok()) << back.ToString();
     return loaded;
   }
-  moments_.count = state.normaliser_count();
-  moments_.mean.assign(mean.begin(), mean.end());
-  moments_.squares.assign(squares.begin(), squares.end());
-  std_factor_ = factors[0];
-  learning_rate_factor_ = factors[1];
+  running_ = std::move(running);
   labeller_.Forget();
   return absl::OkStatus();
 }

@@ -16,18 +16,15 @@
 #include "learner/torch/runtime.h"
 #include "learner/update/normaliser.h"
 #include "learner/update/rank_pool.h"
-#include "learner/update/saved_tensors.h"
+#include "learner/update/running_state.h"
 
 namespace sinew::learner {
 namespace {
 
-// Names of parameters (common/policy/builder.h) and of saved tensors.
+// Names of parameters (common/policy/builder.h).
 constexpr char kMean[] = "normaliser/mean";
 constexpr char kInverseStd[] = "normaliser/inverse_std";
 constexpr char kStd[] = "policy/std";
-constexpr char kSumsMean[] = "normaliser_sums/mean";
-constexpr char kSumsSquares[] = "normaliser_sums/squares";
-constexpr char kFactors[] = "factors";  // std, learning rate
 
 // Rows of one task of the value pass.
 constexpr int64_t kValueRows = 2048;
@@ -51,7 +48,7 @@ class Ppo final : public PpoLearner {
             options.action_width,
             MakeSegmentLayout(options.observation_width, options.action_width),
             recipe.ppo().discount(), recipe.ppo().gae_lambda()),
-        moments_(options.observation_width) {}
+        running_({.moments = Moments(options.observation_width)}) {}
 
   absl::StatusOr<UpdateStatistics> Update(
       absl::Span<const v1::Segment* const> segments,
@@ -74,7 +71,7 @@ class Ppo final : public PpoLearner {
         RunEpochs(Settings(iteration), batch_, *networks_, pool_));
     Add(figures, statistics);
     for (const Moments& moments : segment_moments_) {
-      MergeMoments(moments, moments_);
+      MergeMoments(moments, running_.moments);
     }
     AdaptRate(figures.kl);
     SINEW_RETURN_IF_ERROR(ApplyNormaliser());
@@ -88,11 +85,7 @@ class Ppo final : public PpoLearner {
     TensorMap tensors = networks_->SaveWeights();
     networks_->SaveOptimiser(NetworkId::kPolicy, tensors);
     networks_->SaveOptimiser(NetworkId::kValue, tensors);
-    const int64_t width = static_cast<int64_t>(moments_.mean.size());
-    tensors[kSumsMean] = HostTensor::Float64({width}, moments_.mean);
-    tensors[kSumsSquares] = HostTensor::Float64({width}, moments_.squares);
-    tensors[kFactors] =
-        HostTensor::Float64({2}, {std_factor_, learning_rate_factor_});
+    SaveRunningState(running_, tensors);
     return tensors;
   }
 
@@ -102,7 +95,7 @@ class Ppo final : public PpoLearner {
     state.set_value_optimiser_step(
         networks_->optimiser_steps(NetworkId::kValue));
     state.set_learning_rate_factor(adaptive_factor_);
-    state.set_normaliser_count(moments_.count);
+    state.set_normaliser_count(running_.moments.count);
   }
 
   absl::Status Load(const TensorMap& tensors, const v1::TrainingState& state,
@@ -112,9 +105,9 @@ class Ppo final : public PpoLearner {
       absl::Span<const Primitive> primitives) override;
 
   void SetFactors(double std_factor, double learning_rate_factor) override {
-    learning_rate_factor_ = learning_rate_factor;
-    if (std_factor == std_factor_) return;
-    std_factor_ = std_factor;
+    running_.learning_rate_factor = learning_rate_factor;
+    if (std_factor == running_.std_factor) return;
+    running_.std_factor = std_factor;
     TensorMap weights = networks_->SaveWeights();
     for (float& std : weights.at(kStd).mutable_float32()) {
       std = static_cast<float>(recipe_.network().initial_std() * std_factor);
@@ -165,7 +158,7 @@ class Ppo final : public PpoLearner {
         networks_->Reserve(batch_.rows() + batch_.bootstrap_rows()));
     segment_moments_.resize(
         batch_.num_segments(),
-        Moments(static_cast<int64_t>(moments_.mean.size())));
+        Moments(static_cast<int64_t>(running_.moments.mean.size())));
     return pool_.TryRun(
         batch_.num_segments(), [&](int segment) -> absl::Status {
           batch_.CopyColumns(segment);
@@ -206,10 +199,10 @@ class Ppo final : public PpoLearner {
 
   double PolicyRate() const {
     return recipe_.ppo().policy_learning_rate() * adaptive_factor_ *
-           learning_rate_factor_;
+           running_.learning_rate_factor;
   }
   double ValueRate() const {
-    return recipe_.ppo().value_learning_rate() * learning_rate_factor_;
+    return recipe_.ppo().value_learning_rate() * running_.learning_rate_factor;
   }
 
   UpdateStatistics Describe(const BatchFigures& batch) const {
@@ -221,7 +214,7 @@ class Ppo final : public PpoLearner {
     statistics.body_distance_mean_m = batch.body_distance_mean_m;
     statistics.policy_learning_rate = PolicyRate();
     statistics.value_learning_rate = ValueRate();
-    statistics.std_factor = std_factor_;
+    statistics.std_factor = running_.std_factor;
     const NetworkFlops policy = networks_->flops(NetworkId::kPolicy);
     const NetworkFlops value = networks_->flops(NetworkId::kValue);
     statistics.flops =
@@ -253,7 +246,7 @@ class Ppo final : public PpoLearner {
 
   absl::Status ApplyNormaliser() {
     TensorMap weights = networks_->SaveWeights();
-    WriteNormaliser(moments_, weights.at(kMean).mutable_float32(),
+    WriteNormaliser(running_.moments, weights.at(kMean).mutable_float32(),
                     weights.at(kInverseStd).mutable_float32());
     return networks_->LoadWeights(weights);
   }
@@ -266,11 +259,9 @@ class Ppo final : public PpoLearner {
   const std::optional<SegmentMirror> mirror_;
   std::vector<v1::Segment> images_;  // of this update
   Batch batch_;
-  Moments moments_;                       // of all valid rows so far
+  RunningState running_;
   std::vector<Moments> segment_moments_;  // of this update
   double adaptive_factor_ = 1;            // by KL
-  double std_factor_ = 1;                 // by annealing
-  double learning_rate_factor_ = 1;
 };
 
 absl::Status Ppo::Load(const TensorMap& tensors, const v1::TrainingState& state,
@@ -282,14 +273,10 @@ absl::Status Ppo::Load(const TensorMap& tensors, const v1::TrainingState& state,
         absl::StrCat(kSource, ": expected no memory with PPO, found ",
                      chunks.size(), " chunks"));
   }
-  const std::vector<int64_t> width = {
-      static_cast<int64_t>(moments_.mean.size())};
-  SINEW_ASSIGN_OR_RETURN(const auto mean,
-                         SavedDoubles(tensors, kSumsMean, width));
-  SINEW_ASSIGN_OR_RETURN(const auto squares,
-                         SavedDoubles(tensors, kSumsSquares, width));
-  SINEW_ASSIGN_OR_RETURN(const auto factors,
-                         SavedDoubles(tensors, kFactors, {2}));
+  const int64_t width = static_cast<int64_t>(running_.moments.mean.size());
+  SINEW_ASSIGN_OR_RETURN(
+      RunningState running,
+      LoadRunningState(tensors, width, state.normaliser_count()));
   if (state.policy_optimiser_step() < 0 || state.value_optimiser_step() < 0 ||
       !(state.normaliser_count() >= 0) || !(state.learning_rate_factor() > 0)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -304,11 +291,7 @@ absl::Status Ppo::Load(const TensorMap& tensors, const v1::TrainingState& state,
       NetworkId::kPolicy, tensors, state.policy_optimiser_step()));
   SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(NetworkId::kValue, tensors,
                                                  state.value_optimiser_step()));
-  moments_.count = state.normaliser_count();
-  moments_.mean.assign(mean.begin(), mean.end());
-  moments_.squares.assign(squares.begin(), squares.end());
-  std_factor_ = factors[0];
-  learning_rate_factor_ = factors[1];
+  running_ = std::move(running);
   adaptive_factor_ = state.learning_rate_factor();
   has_primitives_ = true;
   return absl::OkStatus();
@@ -335,7 +318,7 @@ absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
 absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
   InheritMoments(weights.at(kMean).float32(), weights.at(kInverseStd).float32(),
-                 kInheritedRows, moments_);
+                 kInheritedRows, running_.moments);
   has_primitives_ = true;
   return absl::OkStatus();
 }
