@@ -3,7 +3,6 @@
 #include <ATen/ATen.h>
 #include <c10/core/GradMode.h>
 
-#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -12,6 +11,7 @@
 #include "common/status_macros.h"
 #include "learner/distillation/distillation_loss.h"
 #include "learner/distillation/training_graph.h"
+#include "learner/torch/host_view.h"
 #include "learner/torch/parameter_buffer.h"
 #include "learner/torch/runtime.h"
 #include "learner/torch/torch_guard.h"
@@ -23,20 +23,6 @@ namespace {
 using at::Tensor;
 
 constexpr char kObservation[] = "observation";
-
-std::vector<int> AllParameters(const v1::PolicyGraph& graph) {
-  std::vector<int> numbers(graph.parameters_size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  return numbers;
-}
-
-// Host numbers as a tensor that shares their memory on the CPU. libtorch wants
-// a mutable pointer; what is made here is only read.
-template <typename T>
-Tensor HostView(absl::Span<const T> values, at::IntArrayRef shape,
-                at::ScalarType type) {
-  return at::from_blob(const_cast<T*>(values.data()), shape, type);
-}
 
 class Networks final : public DistillationNetworks {
  public:

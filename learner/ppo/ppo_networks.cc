@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "common/check.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
+#include "learner/torch/host_view.h"
 #include "learner/torch/runtime.h"
 #include "learner/torch/torch_guard.h"
 #include "learner/torch/trained_network.h"
@@ -28,22 +28,8 @@ constexpr double kLargestLogRatio = 20;
 
 constexpr char kObservation[] = "observation";
 
-std::vector<int> AllParameters(const v1::PolicyGraph& graph) {
-  std::vector<int> numbers(graph.parameters_size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  return numbers;
-}
-
 at::Device DeviceOf(const std::string& name) {
   return at::Device(name == "cuda" ? at::kCUDA : at::kCPU);
-}
-
-// Host numbers as a tensor that shares their memory on the CPU. libtorch wants
-// a mutable pointer; what is made here is only read.
-template <typename T>
-Tensor HostView(absl::Span<const T> values, at::IntArrayRef shape,
-                at::ScalarType type) {
-  return at::from_blob(const_cast<T*>(values.data()), shape, type);
 }
 
 // The batch's columns that losses read.

@@ -3,6 +3,7 @@
 #include <ATen/ATen.h>
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -87,6 +88,12 @@ void ParameterBuffer::Save(const std::string& prefix,
         .copy_(View(i).detach());
     tensors.insert_or_assign(prefix + slots_[i].name, std::move(tensor));
   }
+}
+
+std::vector<int> AllParameters(const v1::PolicyGraph& graph) {
+  std::vector<int> numbers(graph.parameters_size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
 }
 
 }  // namespace sinew::learner

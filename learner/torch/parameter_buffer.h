@@ -58,6 +58,9 @@ class ParameterBuffer {
   at::Tensor flat_;
 };
 
+// Numbers of all parameters of a graph. Pure.
+std::vector<int> AllParameters(const v1::PolicyGraph& graph);
+
 }  // namespace sinew::learner
 
 #endif  // SINEW_LEARNER_TORCH_PARAMETER_BUFFER_H_

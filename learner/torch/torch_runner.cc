@@ -4,7 +4,6 @@
 #include <c10/core/GradMode.h>
 #include <torch/csrc/autograd/autograd.h>
 
-#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -93,12 +92,6 @@ class Runner final : public TorchRunner {
   }
 
  private:
-  static std::vector<int> AllParameters(const v1::PolicyGraph& all) {
-    std::vector<int> numbers(all.parameters_size());
-    std::iota(numbers.begin(), numbers.end(), 0);
-    return numbers;
-  }
-
   static std::vector<std::string> Names(const v1::PolicyGraph& all) {
     std::vector<std::string> names;
     for (const v1::Parameter& one : all.parameters()) {
