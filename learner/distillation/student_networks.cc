@@ -7,6 +7,7 @@
 #include "absl/types/span.h"
 #include "common/policy/builder.h"
 #include "common/policy/latent_builder.h"
+#include "common/policy/select_graphs.h"
 #include "common/status_macros.h"
 #include "learner/distillation/training_graph.h"
 
@@ -57,9 +58,7 @@ absl::StatusOr<Student> MakeStudent(const v1::Recipe& recipe,
                          policy::InitialWeights(options, recipe.seed()));
   Student student;
   SINEW_ASSIGN_OR_RETURN(student.graph, WithoutExploration(explores));
-  for (const v1::Parameter& parameter : student.graph.parameters()) {
-    student.weights.insert(*all.find(parameter.name()));
-  }
+  student.weights = policy::WeightsOf(student.graph, all);
   return student;
 }
 

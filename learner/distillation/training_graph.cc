@@ -1,11 +1,11 @@
 #include "learner/distillation/training_graph.h"
 
 #include <map>
-#include <set>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "common/policy/select_graphs.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 
@@ -132,23 +132,17 @@ absl::StatusOr<v1::PolicyGraph> WithoutExploration(
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* policy,
                          policy::FindGraph(graph, "policy"));
   SINEW_ASSIGN_OR_RETURN(const std::string mean, TapValue(*policy, "mean"));
-  v1::PolicyGraph result;
-  result.set_format_version(graph.format_version());
-  v1::Graph& bare = *result.add_graphs();
+  v1::PolicyGraph all;
+  all.set_format_version(graph.format_version());
+  *all.mutable_parameters() = graph.parameters();
+  v1::Graph& bare = *all.add_graphs();
   bare.set_name("policy");
   for (const v1::GraphInput& input : policy->inputs()) {
     if (input.kind() == v1::GraphInput::KIND_DATA) *bare.add_inputs() = input;
   }
-  std::set<std::string> used;
   for (const v1::Node& node : policy->nodes()) {
     *bare.add_nodes() = node;
-    used.insert(node.parameters().begin(), node.parameters().end());
     if (node.name() == mean) break;
-  }
-  for (const v1::Parameter& parameter : graph.parameters()) {
-    if (used.contains(parameter.name())) {
-      *result.add_parameters() = parameter;
-    }
   }
   for (const char* name : {"action", "mean"}) {
     v1::Tap& tap = *bare.add_taps();
@@ -157,6 +151,8 @@ absl::StatusOr<v1::PolicyGraph> WithoutExploration(
     tap.set_recorded(true);
     tap.set_executed(std::string(name) == "action");
   }
+  // With the parameters that are still used.
+  v1::PolicyGraph result = policy::GraphsWithout(all, {});
   SINEW_RETURN_IF_ERROR(policy::ValidateGraph(result));
   return result;
 }

@@ -95,9 +95,11 @@ std::vector<double> Memory::Weights() const {
   const double exponent = options_.recipe.priority_exponent();
   for (const Held& held : held_) {
     for (const float priority : held.priorities) {
-      const bool none = !prioritised() || priority == 0;
-      weights.push_back(none ? (prioritised() ? 0.0 : 1.0)
-                             : std::pow(priority, exponent));
+      if (!prioritised()) {
+        weights.push_back(1);
+      } else {
+        weights.push_back(priority == 0 ? 0 : std::pow(priority, exponent));
+      }
     }
   }
   return weights;

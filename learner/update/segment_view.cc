@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 
 namespace sinew::learner {
+
 absl::Status AtOrder(const v1::Segment& segment, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::Status(status.code(), absl::StrCat("order ", segment.order_id(),

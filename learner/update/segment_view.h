@@ -13,8 +13,8 @@
 
 namespace sinew::learner {
 
-// The columns of a training segment that PPO reads, without copying: T steps,
-// E environments, K truncated steps; shapes and meaning are those of
+// The columns of a training segment that updates read, without copying: T
+// steps, E environments, K truncated steps; shapes and meaning are those of
 // common/segment/segment_layout.h. Valid as long as the segment is.
 struct SegmentView {
   int64_t steps = 0;                               // T
