@@ -4,20 +4,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "common/config/layer_widths.h"
 #include "common/config/recipe.h"
-#include "google/protobuf/repeated_field.h"
 
 namespace sinew {
 namespace {
 
 constexpr int kMaxLatent = 1024;
-constexpr int kMaxWidth = 16384;
 constexpr int kMaxSamplesPerInsert = 1024;
-
-void CheckWidths(const google::protobuf::RepeatedField<int32_t>& widths,
-                 absl::string_view path, FieldChecker& check) {
-  for (const int width : widths) check.Within(width, 1, kMaxWidth, path);
-}
 
 void CheckOwnState(const v1::Observation& observation, FieldChecker& check) {
   constexpr absl::string_view kPath = "task.observation.blocks";
@@ -44,9 +38,11 @@ void CheckLatent(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(!recipe.network().has_composer(), "network.composer",
                 "unset, since network.latent is set", "set");
   check.Within(latent.width(), 1, kMaxLatent, "network.latent.width");
-  CheckWidths(latent.encoder_hidden(), "network.latent.encoder_hidden", check);
-  CheckWidths(latent.prior_hidden(), "network.latent.prior_hidden", check);
-  CheckWidths(latent.decoder_hidden(), "network.latent.decoder_hidden", check);
+  CheckLayerWidths(latent.encoder_hidden(), "network.latent.encoder_hidden",
+                   check);
+  CheckLayerWidths(latent.prior_hidden(), "network.latent.prior_hidden", check);
+  CheckLayerWidths(latent.decoder_hidden(), "network.latent.decoder_hidden",
+                   check);
   check.Require(latent.log_variance_low() < latent.log_variance_high(),
                 "network.latent.log_variance_low",
                 absl::StrCat("< network.latent.log_variance_high (",

@@ -1,17 +1,13 @@
 #include "common/config/procedure_validate.h"
 
-#include <cstdint>
-
-#include "absl/strings/string_view.h"
+#include "common/config/layer_widths.h"
 #include "common/config/recipe.h"
-#include "google/protobuf/repeated_field.h"
 
 namespace sinew {
 namespace {
 
 // The recovery primitive comes on top of those that track.
 constexpr int kMaxTracking = kMostPrimitives - 1;
-constexpr int kMaxWidth = 16384;
 
 bool EndsAtPlateau(const v1::Recipe& recipe) {
   return recipe.plateau().evaluations() > 0;
@@ -26,11 +22,6 @@ void CheckPlateau(const v1::Recipe& recipe, FieldChecker& check) {
                 "evaluation.interval",
                 ">= 1, since plateau waits for evaluations",
                 recipe.evaluation().interval());
-}
-
-void CheckWidths(const google::protobuf::RepeatedField<int32_t>& widths,
-                 absl::string_view path, FieldChecker& check) {
-  for (const int width : widths) check.Within(width, 1, kMaxWidth, path);
 }
 
 void CheckRecoveryStage(const v1::Recipe& recipe, FieldChecker& check) {
@@ -59,7 +50,8 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
                 "procedure.composer_samples",
                 "0, since one primitive alone cannot be composed",
                 procedure.composer_samples());
-  CheckWidths(procedure.composer_hidden(), "procedure.composer_hidden", check);
+  CheckLayerWidths(procedure.composer_hidden(), "procedure.composer_hidden",
+                   check);
   check.Require(EndsAtPlateau(recipe), "plateau.evaluations",
                 ">= 1, since stages of the procedure end at a plateau",
                 recipe.plateau().evaluations());
@@ -71,7 +63,7 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
 void CheckComposer(const v1::Composer& composer, FieldChecker& check) {
   check.Within(composer.primitives(), kFewestPrimitives, kMostPrimitives,
                "network.composer.primitives");
-  CheckWidths(composer.hidden(), "network.composer.hidden", check);
+  CheckLayerWidths(composer.hidden(), "network.composer.hidden", check);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "common/config/distillation_validate.h"
 #include "common/config/field_checker.h"
+#include "common/config/layer_widths.h"
 #include "common/config/procedure_validate.h"
 #include "common/config/recipe.h"
 #include "common/config/variants_validate.h"
@@ -139,12 +140,8 @@ void CheckTask(const v1::Task& task, FieldChecker& check) {
 }
 
 void CheckNetwork(const v1::Network& network, FieldChecker& check) {
-  for (const int width : network.policy_hidden()) {
-    check.Within(width, 1, 16384, "network.policy_hidden");
-  }
-  for (const int width : network.value_hidden()) {
-    check.Within(width, 1, 16384, "network.value_hidden");
-  }
+  CheckLayerWidths(network.policy_hidden(), "network.policy_hidden", check);
+  CheckLayerWidths(network.value_hidden(), "network.value_hidden", check);
   check.Require(network.activation() != v1::Network::ACTIVATION_UNSPECIFIED &&
                     v1::Network::Activation_IsValid(network.activation()),
                 "network.activation", "a known activation",
