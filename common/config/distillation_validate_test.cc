@@ -1,13 +1,13 @@
 // Distillation and latents in ValidateRecipe and WithDefaults.
 
 #include <limits>
-#include <ostream>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/config/testing/recipe_assignments.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "google/protobuf/descriptor.h"
@@ -21,15 +21,6 @@ using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
-
-// Assignments first, then defaults, as for a recipe from a file.
-v1::Recipe MakeRecipe(const std::vector<std::string>& assignments) {
-  v1::Recipe recipe;
-  for (const std::string& assignment : assignments) {
-    EXPECT_THAT(SetRecipeField(recipe, assignment), IsOk());
-  }
-  return WithDefaults(recipe);
-}
 
 // The least that a student with a latent needs, and more.
 v1::Recipe MakeStudent(const std::vector<std::string>& more = {}) {
@@ -117,16 +108,6 @@ TEST(Imitation, CountsTheBodysOwnBlocks) {
                     .task()
                     .observation()),
             0);
-}
-
-struct Violation {
-  std::vector<std::string> assignments;
-  // The message after "recipe field ".
-  std::string expected;
-};
-
-void PrintTo(const Violation& violation, std::ostream* os) {
-  *os << violation.assignments.front();
 }
 
 class ImitationViolation : public ::testing::TestWithParam<Violation> {};

@@ -1,13 +1,13 @@
 // Trainings in stages in ValidateRecipe and WithDefaults: plateau, procedure,
 // composer.
 
-#include <ostream>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/config/testing/recipe_assignments.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -19,15 +19,6 @@ using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
-
-// Assignments first, then defaults, as for a recipe from a file.
-v1::Recipe MakeRecipe(const std::vector<std::string>& assignments) {
-  v1::Recipe recipe;
-  for (const std::string& assignment : assignments) {
-    EXPECT_THAT(SetRecipeField(recipe, assignment), IsOk());
-  }
-  return WithDefaults(recipe);
-}
 
 // The least that a procedure needs, and more.
 v1::Recipe MakeProcedure(const std::vector<std::string>& more = {}) {
@@ -85,16 +76,6 @@ TEST(Stages, FillTheLayersOfAComposer) {
 
 TEST(Stages, APlateauOfNoEvaluationsNeedsNone) {
   EXPECT_THAT(ValidateRecipe(MakeRecipe({"plateau.gain=0.02"})), IsOk());
-}
-
-struct Violation {
-  std::vector<std::string> assignments;
-  // The message after "recipe field ".
-  std::string expected;
-};
-
-void PrintTo(const Violation& violation, std::ostream* os) {
-  *os << violation.assignments.front();
 }
 
 class StageViolation : public ::testing::TestWithParam<Violation> {};

@@ -1,12 +1,11 @@
 // Variants of a task in ValidateRecipe and WithDefaults.
 
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/config/testing/recipe_assignments.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -18,15 +17,6 @@ using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
-
-// Assignments first, then defaults, as for a recipe from a file.
-v1::Recipe MakeRecipe(const std::vector<std::string>& assignments) {
-  v1::Recipe recipe;
-  for (const std::string& assignment : assignments) {
-    EXPECT_THAT(SetRecipeField(recipe, assignment), IsOk());
-  }
-  return WithDefaults(recipe);
-}
 
 TEST(Variants, AreAbsentFromARecipeThatDoesNotAskForThem) {
   const v1::Task task = MakeRecipe({}).task();
@@ -68,16 +58,6 @@ TEST(Variants, FillTheHumanoidColumnOfADrive) {
                           "activation_velocity: 0.1 viscous_friction: 0.023 "
                           "limit_velocity: 20 max_velocity: 100 }"));
   EXPECT_THAT(ValidateRecipe(recipe), IsOk());
-}
-
-struct Violation {
-  std::vector<std::string> assignments;
-  // The message after "recipe field task.".
-  std::string expected;
-};
-
-void PrintTo(const Violation& violation, std::ostream* os) {
-  *os << violation.assignments.front();
 }
 
 class VariantViolation : public ::testing::TestWithParam<Violation> {};
