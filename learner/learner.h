@@ -26,7 +26,6 @@ struct DistillationFigures {
   double kl_weight = 0;
   int64_t memory_rows = 0;  // after inserting
   int64_t labelled_rows = 0;
-  double label_seconds = 0;  // waited for the teacher
 };
 
 // Figures of one update; names as in metrics.jsonl. What an algorithm does not

@@ -174,7 +174,6 @@ void Distillation::Add(const MinibatchFigures& figures, double kl_weight,
   distillation.kl_weight = kl_weight;
   distillation.memory_rows = memory_.rows();
   distillation.labelled_rows = statistics.samples;
-  distillation.label_seconds = labeller_.seconds();
 }
 
 absl::Status Distillation::Load(const TensorMap& tensors,

@@ -1,7 +1,6 @@
 #include "learner/distillation/labeller.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "common/segment/segment_layout.h"
@@ -46,11 +45,7 @@ absl::Status Labeller::Prepare(absl::Span<const v1::Segment* const> segments) {
                            ViewForLabels(*segment, options_));
     views.push_back(view);
   }
-  const auto start = std::chrono::steady_clock::now();
   SINEW_ASSIGN_OR_RETURN(prepared_, Label(segments, views));
-  seconds_ =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count();
   prepared_for_ = OrdersOf(segments);
   return absl::OkStatus();
 }

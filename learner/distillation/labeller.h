@@ -43,8 +43,6 @@ class Labeller {
   void Forget() { prepared_.clear(); }
 
   const LabelOptions& options() const { return options_; }
-  // How long the latest Prepare took.
-  double seconds() const { return seconds_; }
 
  private:
   // All valid rows in one call, which the annotator divides as it sees fit.
@@ -57,7 +55,6 @@ class Labeller {
   RankPool& pool_;
   std::vector<int64_t> prepared_for_;  // orders
   std::vector<LabelledSegment> prepared_;
-  double seconds_ = 0;
 };
 
 // What there is to say of labelled segments: samples, and means over their

@@ -79,8 +79,7 @@ Json DistillationRow(const learner::DistillationFigures& figures) {
           {"continuity_loss", figures.continuity_loss},
           {"kl_weight", figures.kl_weight},
           {"memory_rows", figures.memory_rows},
-          {"labelled_rows", figures.labelled_rows},
-          {"label_seconds", figures.label_seconds}};
+          {"labelled_rows", figures.labelled_rows}};
 }
 
 Json Row(const learner::IterationReport& report, const RunFigures& figures) {
