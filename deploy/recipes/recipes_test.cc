@@ -59,6 +59,11 @@ void ExpectTeacher(const std::string& student, const std::string& teacher) {
               EqualsProto(of_teacher.task().randomisation()));
   EXPECT_THAT(of_student.task().actuator_model(),
               EqualsProto(of_teacher.task().actuator_model()));
+  EXPECT_THAT(of_student.task().recovery(),
+              EqualsProto(of_teacher.task().recovery()));
+  EXPECT_THAT(of_student.task().start(),
+              EqualsProto(of_teacher.task().start()));
+  EXPECT_THAT(of_student.evaluation(), EqualsProto(of_teacher.evaluation()));
 }
 
 TEST(StudentsTest, KnowTheActionLawAndTheWorldOfTheirTeacher) {
@@ -78,6 +83,18 @@ TEST(StudentsTest, DifferInTheirNetworkAlone) {
 
   EXPECT_THAT(pulse, EqualsProto(plain));
   EXPECT_FALSE(plain.network().has_latent());
+}
+
+TEST(StudentsTest, OfTheG1DifferInTheirWorldAlone) {
+  v1::Recipe pulse = Load("pulse");
+  const v1::Recipe g1 = Load("pulse_g1");
+  pulse.set_name(g1.name());
+  v1::Task& task = *pulse.mutable_task();
+  *task.mutable_recovery() = g1.task().recovery();
+  *task.mutable_randomisation() = g1.task().randomisation();
+  *task.mutable_actuator_model() = g1.task().actuator_model();
+
+  EXPECT_THAT(pulse, EqualsProto(g1));
 }
 
 }  // namespace
