@@ -10,6 +10,7 @@
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/testing/distillation_rig.h"
+#include "learner/update/normaliser.h"
 
 namespace sinew::learner {
 namespace {
@@ -122,6 +123,35 @@ TEST(DistillationLearner, GivesTheSameAfterAPrepareAsWithoutOne) {
   EXPECT_EQ(Bits(*one), Bits(*two));
 }
 
+TEST(DistillationLearner, LearnsFromNothingThatWasPreparedForOtherSegments) {
+  SyntheticTeacher teacher;
+  const auto one = MakeStudentLearner(StudentRecipe(), teacher);
+  const auto two = MakeStudentLearner(StudentRecipe(), teacher);
+  const std::vector<v1::Segment> others = MakeVisited(5);
+
+  ASSERT_THAT(one->Prepare(SegmentPointers(others)), IsOk());
+  UpdateOnce(*one, 0);
+  UpdateOnce(*two, 0);
+
+  EXPECT_EQ(Bits(*one), Bits(*two));
+}
+
+TEST(DistillationLearner, AsksAgainForWhatItPreparedBeforeALoad) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(StudentRecipe(), teacher);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  const std::vector<v1::Segment> segments = MakeVisited(0);
+  ASSERT_THAT(learner->Prepare(SegmentPointers(segments)), IsOk());
+  ASSERT_THAT(
+      learner->Load(learner->SaveTensors(), state, learner->SaveChunks()),
+      IsOk());
+
+  UpdateOnce(*learner, 0);
+
+  EXPECT_EQ(teacher.calls, 2);
+}
+
 TEST(DistillationLearner, ShowsTheTeacherValidRowsAloneInOneCall) {
   SyntheticTeacher teacher;
   const auto learner = MakeStudentLearner(StudentRecipe(), teacher);
@@ -186,6 +216,9 @@ TEST(DistillationLearner, BeginsWithTheWeightsOfAnother) {
 
   EXPECT_EQ(SerializeSafetensors(other->weights()),
             SerializeSafetensors(learner->weights()));
+  v1::TrainingState state;
+  other->SaveCounters(state);
+  EXPECT_EQ(state.normaliser_count(), kInheritedRows);
 }
 
 }  // namespace

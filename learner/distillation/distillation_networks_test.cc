@@ -33,7 +33,8 @@ std::vector<float> Draw(uint64_t seed, int64_t size) {
 
 // Two shards of two sequences each.
 struct Fixture {
-  explicit Fixture(const v1::Recipe& recipe)
+  explicit Fixture(const v1::Recipe& recipe,
+                   const std::vector<double>& action_scale = {0.5, 0.25})
       : student(*MakeStudent(recipe, kObservation, kOwn, kAction)) {
     UseOneThread();
     auto created =
@@ -42,7 +43,7 @@ struct Fixture {
                                       .shard_rows = kRows,
                                       .steps = kHorizon,
                                       .form = recipe.distillation().form(),
-                                      .action_scale = {0.5, 0.25}});
+                                      .action_scale = action_scale});
     EXPECT_THAT(created.status(), IsOk());
     networks = *std::move(created);
     valid.assign(2 * kRows, 1);
@@ -162,6 +163,18 @@ TEST(DistillationNetworks, SayWhatEachSequenceLost) {
   EXPECT_NEAR(
       (7 * figures->sequence_loss[0] + 8 * figures->sequence_loss[1]) / 15,
       figures->action, 1e-5);
+}
+
+TEST(DistillationNetworks, MeasureErrorsInRadians) {
+  Fixture fixture(StudentRecipe(), /*action_scale=*/{0.5, 0.5});
+
+  const auto figures = fixture.networks->Gradient(
+      0, fixture.Rows(0), {.row_scale = 1.0 / (kRows - 1), .pair_scale = 1});
+
+  ASSERT_THAT(figures.status(), IsOk());
+  // The paper's form is the mean over rows of squares in units of action.
+  const double squares = 0.5 * 0.5 * figures->action * (kRows - 1);
+  EXPECT_NEAR(figures->squared_error_rad2, squares, 1e-5 * squares);
 }
 
 TEST(DistillationNetworks, RefuseScalesThatAreNotOnePerAction) {

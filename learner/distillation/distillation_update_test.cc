@@ -148,6 +148,27 @@ TEST(RunMinibatches, DoesNotDrawWhatIsNotFiniteAgainAndAgain) {
   }
 }
 
+TEST(RunMinibatches, SaysTheMeansOfItsMinibatches) {
+  Fixture one(/*samples_per_insert=*/1), four(/*samples_per_insert=*/4);
+  one.Insert(1);
+  four.Insert(1);
+
+  const MinibatchFigures single = one.Run(), figures = four.Run();
+
+  ASSERT_EQ(single.minibatches, 1);
+  ASSERT_EQ(figures.minibatches, 4);
+  // Of the same sequences, and nothing is learnt in four steps: a sum would be
+  // four times as much.
+  EXPECT_GT(figures.action, single.action / 2);
+  EXPECT_LT(figures.action, single.action * 2);
+  EXPECT_GT(figures.latent_kl, 0);
+  EXPECT_GT(figures.continuity, 0);
+  // The weights of Run.
+  const double loss =
+      figures.action + 1e-3 * figures.latent_kl + 1e-4 * figures.continuity;
+  EXPECT_NEAR(figures.loss, loss, 1e-5 * loss);
+}
+
 TEST(RunMinibatches, ClipsTheGradientsNorm) {
   constexpr double kLimit = 1e-3;
   Fixture f(/*samples_per_insert=*/1);
