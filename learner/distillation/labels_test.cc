@@ -10,6 +10,7 @@
 
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
+#include "learner/distillation/testing/zero_columns.h"
 
 namespace sinew::learner {
 namespace {
@@ -43,19 +44,7 @@ void SetColumn(const char* name, const std::vector<T>& values,
 v1::Segment MakeSegment(int64_t order_id) {
   v1::Segment segment;
   segment.set_order_id(order_id);
-  const v1::SegmentLayout layout = Options().layout;
-  for (const v1::SegmentLayout::Column& column : layout.columns()) {
-    v1::Tensor& tensor = *segment.add_columns();
-    tensor.set_name(column.name());
-    tensor.set_dtype(column.dtype());
-    if (column.lead() == v1::SegmentLayout::LEAD_STEP) tensor.add_shape(kSteps);
-    const bool none = column.lead() == v1::SegmentLayout::LEAD_TRUNCATION;
-    tensor.add_shape(none ? 0 : kEnvironments);
-    tensor.mutable_shape()->MergeFrom(column.shape());
-    int64_t bytes = ElementBytes(column.dtype());
-    for (const int64_t extent : tensor.shape()) bytes *= extent;
-    tensor.set_data(std::string(bytes, '\0'));
-  }
+  AddZeroColumns(Options().layout, kSteps, kEnvironments, segment);
   SetColumn<float>("observation", {0, 1, 2, 3, 4, 5}, segment);
   SetColumn<double>("teacher_base", {0, 0.5, 1, 1.5, 2, 2.5}, segment);
   SetColumn<double>("base", {1, 1, 1, 1, 1, 1}, segment);

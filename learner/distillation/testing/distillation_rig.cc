@@ -10,6 +10,7 @@
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "learner/distillation/testing/zero_columns.h"
 #include "learner/learner.h"
 #include "proto/sinew/v1/training_state.pb.h"
 
@@ -64,22 +65,10 @@ v1::Segment MakeSegment(const Visited& visited, int64_t iteration, int order) {
   segment.set_order_id(10 * iteration + order);
   segment.set_kind(v1::Order::KIND_TRAIN);
   segment.set_iteration(iteration);
-  const v1::SegmentLayout layout = StudentLayout();
-  for (const v1::SegmentLayout::Column& column : layout.columns()) {
-    v1::Tensor& tensor = *segment.add_columns();
-    tensor.set_name(column.name());
-    tensor.set_dtype(column.dtype());
-    const bool truncation = column.lead() == v1::SegmentLayout::LEAD_TRUNCATION;
-    if (column.lead() == v1::SegmentLayout::LEAD_STEP) {
-      tensor.add_shape(kHorizon);
-    }
-    tensor.add_shape(truncation ? 0 : visited.environments);
-    tensor.mutable_shape()->MergeFrom(column.shape());
-    int64_t bytes = ElementBytes(column.dtype());
-    for (const int64_t extent : tensor.shape()) bytes *= extent;
+  AddZeroColumns(StudentLayout(), kHorizon, visited.environments, segment);
+  for (v1::Tensor& column : *segment.mutable_columns()) {
     const auto found = data.find(column.name());
-    tensor.set_data(found == data.end() ? std::string(bytes, '\0')
-                                        : found->second);
+    if (found != data.end()) column.set_data(found->second);
   }
   return segment;
 }
