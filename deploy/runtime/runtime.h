@@ -145,6 +145,9 @@ class Runtime {
   void ObserveSelf(const Pose& state);
   absl::Status EncodeObserved(const Pose& state, absl::Span<double> mean,
                               absl::Span<double> std);
+  absl::Status ObserveBlindly(absl::string_view what,
+                              absl::Span<const double> values,
+                              const Pose& state, absl::Span<double> target);
   absl::Status ActBlindly(absl::Span<const float> action,
                           absl::Span<double> target);
 

@@ -131,21 +131,27 @@ absl::Status Runtime::Prior(const Pose& state, absl::Span<double> mean,
   return GiveGaussian(latent_->Prior(self_observation_), mean, std);
 }
 
-absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,
-                             absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(ReadLatent("latent", latent));
+// What a step without a reference begins with.
+absl::Status Runtime::ObserveBlindly(absl::string_view what,
+                                     absl::Span<const double> values,
+                                     const Pose& state,
+                                     absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(ReadLatent(what, values));
   SINEW_RETURN_IF_ERROR(CheckTarget(target));
   SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,
+                             absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(ObserveBlindly("latent", latent, state, target));
   return ActBlindly(latent_->Decode(self_observation_, latent_input_), target);
 }
 
 absl::Status Runtime::Sample(const Pose& state, absl::Span<const double> noise,
                              absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(ReadLatent("noise", noise));
-  SINEW_RETURN_IF_ERROR(CheckTarget(target));
-  SINEW_RETURN_IF_ERROR(CheckSelf(state));
-  ObserveSelf(state);
+  SINEW_RETURN_IF_ERROR(ObserveBlindly("noise", noise, state, target));
   return ActBlindly(latent_->Sample(self_observation_, latent_input_), target);
 }
 
