@@ -126,7 +126,8 @@ class Runtime {
   static absl::Status CheckFinite(absl::string_view what,
                                   absl::Span<const float> values);
   void PlaceBody(const Pose& state);
-  void ShowPreviousTarget(const Pose& state);
+  // What `builder` sees of the body alone.
+  void ReadBody(const Pose& state, const world::ObservationBuilder& builder);
   void Observe(const Pose& state);
   absl::Status Act(const Pose& state, absl::Span<double> target);
   // new_target_ becomes the previous one, and the caller's.

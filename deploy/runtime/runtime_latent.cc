@@ -5,7 +5,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
 #include "deploy/runtime/runtime.h"
-#include "sim/world/foot_contact.h"
 
 namespace sinew::runtime {
 
@@ -56,12 +55,7 @@ absl::Status Runtime::CheckSelf(const Pose& state) const {
 }
 
 void Runtime::ObserveSelf(const Pose& state) {
-  PlaceBody(state);
-  if (self_builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
-    world::ReadFootContacts(character(), data_.get(),
-                            absl::MakeSpan(self_contact_));
-  }
-  ShowPreviousTarget(state);
+  ReadBody(state, self_builder_);
   self_builder_.Build({.body = &body_,
                        .reference = {},
                        .reference_contact = {},
