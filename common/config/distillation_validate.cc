@@ -50,9 +50,7 @@ void CheckLatent(const v1::Recipe& recipe, FieldChecker& check) {
                 latent.log_variance_low());
   CheckOwnState(recipe.task().observation(), check);
   const v1::Action::Placement placement = recipe.task().action().placement();
-  check.Require(placement == v1::Action::PLACEMENT_AROUND_CURRENT ||
-                    placement == v1::Action::PLACEMENT_ABSOLUTE,
-                "task.action.placement",
+  check.Require(IsBlindPlacement(placement), "task.action.placement",
                 "PLACEMENT_AROUND_CURRENT or PLACEMENT_ABSOLUTE, since the "
                 "decoder of network.latent sees no reference",
                 v1::Action::Placement_Name(placement));

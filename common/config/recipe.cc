@@ -33,6 +33,11 @@ int LeadingSelfBlocks(const v1::Observation& observation) {
   return count;
 }
 
+bool IsBlindPlacement(v1::Action::Placement placement) {
+  return placement == v1::Action::PLACEMENT_ABSOLUTE ||
+         placement == v1::Action::PLACEMENT_AROUND_CURRENT;
+}
+
 std::string PrintRecipe(const v1::Recipe& recipe) {
   std::string text;
   SINEW_CHECK(google::protobuf::TextFormat::PrintToString(recipe, &text));

@@ -53,6 +53,9 @@ bool IsSelfBlock(int block);
 // is: ObservationBuilder::self_width() (sim/world/observation.h).
 int LeadingSelfBlocks(const v1::Observation& observation);
 
+// Whether actions are placed without a reference, as those of a decoder are.
+bool IsBlindPlacement(v1::Action::Placement placement);
+
 // Canonical text, as in config.textproto: fields in the order of their
 // numbers, those at zero or unset left out. ParseRecipe gives the same recipe.
 std::string PrintRecipe(const v1::Recipe& recipe);

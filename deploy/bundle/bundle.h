@@ -47,6 +47,9 @@ struct Bundle {
   }
 };
 
+// What a manifest's provenance calls an origin or a licence that nobody named.
+inline constexpr char kUnknown[] = "unknown";
+
 // Reads and checks a bundle: version, digest of every file, graph, weights,
 // character and manifest that fit each other (joint order, gains, bodies,
 // widths), finite numbers. Blocks on the disk. NOT_FOUND (no such folder or

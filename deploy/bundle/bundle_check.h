@@ -10,8 +10,8 @@ namespace sinew::bundle {
 // joints (order, gains, limits), tracked bodies and digest as the character
 // has them, widths as the observation layout gives them, graph "policy" with
 // valid, finite weights and those widths, the graphs of a latent (CheckLatent).
-// INVALID_ARGUMENT names the file (in
-// the bundle's directory) and field, expected and found. Pure.
+// INVALID_ARGUMENT names the file (in the bundle's directory) and field,
+// expected and found. Pure.
 absl::Status CheckBundle(const Bundle& bundle);
 
 }  // namespace sinew::bundle

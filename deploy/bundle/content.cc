@@ -66,7 +66,7 @@ absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
 }
 
 std::string OrUnknown(const std::string& text) {
-  return text.empty() ? "unknown" : text;
+  return text.empty() ? kUnknown : text;
 }
 
 // What went into the weights, directly or by way of other bundles.
@@ -88,7 +88,7 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
     // A teacher elsewhere is known by its digest alone.
-    if (source.data_licences().empty()) licences.insert(OrUnknown(""));
+    if (source.data_licences().empty()) licences.insert(kUnknown);
   }
   for (const std::string& licence : licences) {
     provenance.add_data_licences(licence);

@@ -10,6 +10,7 @@
 #include "common/files.h"
 #include "common/policy/select_graphs.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/latent_graphs.h"
 #include "deploy/bundle/manifest.h"
@@ -38,12 +39,7 @@ const world::testing::ToyWorld& Toy() {
   return *toy;
 }
 
-// A bundle's folder of the running test's own.
-std::string Folder() {
-  return JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
-}
+std::string Folder() { return sinew::testing::TestPath("bundle"); }
 
 std::string WriteToy() {
   EXPECT_THAT(WriteBundle(testing::ToyLatentContent(Toy()), Folder()), IsOk());

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
@@ -97,10 +98,7 @@ absl::Status CheckPorts(const Bundle& bundle, const Wanted& wanted) {
 
 absl::Status CheckPlacement(const Bundle& bundle) {
   const v1::Action::Placement found = bundle.manifest.action().placement();
-  if (found == v1::Action::PLACEMENT_ABSOLUTE ||
-      found == v1::Action::PLACEMENT_AROUND_CURRENT) {
-    return absl::OkStatus();
-  }
+  if (IsBlindPlacement(found)) return absl::OkStatus();
   return Error(
       JoinPath(bundle.directory, kManifestFile) + ": action.placement",
       "PLACEMENT_ABSOLUTE or PLACEMENT_AROUND_CURRENT, since a decoder "

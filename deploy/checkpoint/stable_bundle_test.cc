@@ -6,8 +6,8 @@
 
 #include "absl/types/span.h"
 #include "common/clock.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/local_store.h"
 #include "gmock/gmock.h"
@@ -26,10 +26,7 @@ using ::testing::HasSubstr;
 class StableBundleTest : public ::testing::Test {
  protected:
   StableBundleTest() {
-    const std::string folder = JoinPath(
-        ::testing::TempDir(),
-        ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    store_ = *LocalStore::Open(folder, clock_);
+    store_ = *LocalStore::Open(sinew::testing::TestPath("store"), clock_);
     for (const char* id : {"a", "b", "c"}) Put(id, kBundleKind);
     Put("s", "state");
   }

@@ -221,7 +221,13 @@ void Runtime::PlaceBody(const Pose& state) {
   reader_.Read(data_.get(), &body_);
 }
 
-void Runtime::ShowPreviousTarget(const Pose& state) {
+void Runtime::ReadBody(const Pose& state,
+                       const world::ObservationBuilder& builder) {
+  PlaceBody(state);
+  if (builder.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
+    world::ReadFootContacts(character(), data_.get(),
+                            absl::MakeSpan(self_contact_));
+  }
   std::copy_n(state.previous_target == nullptr ? previous_target_.data()
                                                : state.previous_target,
               shown_target_.size(), shown_target_.begin());
@@ -229,13 +235,8 @@ void Runtime::ShowPreviousTarget(const Pose& state) {
 
 void Runtime::Observe(const Pose& state) {
   plane_ = feed_->RootNow();
-  PlaceBody(state);
+  ReadBody(state, builder_);
   is_out_of_sight_ = recovery_.on() && feed_->Hide(recovery_, body_);
-  if (builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
-    world::ReadFootContacts(character(), data_.get(),
-                            absl::MakeSpan(self_contact_));
-  }
-  ShowPreviousTarget(state);
   builder_.Build({.body = &body_,
                   .reference = feed_->observed(),
                   .reference_contact = feed_->observed_contact(),

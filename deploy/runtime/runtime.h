@@ -126,7 +126,8 @@ class Runtime {
   static absl::Status CheckFinite(absl::string_view what,
                                   absl::Span<const float> values);
   void PlaceBody(const Pose& state);
-  void ShowPreviousTarget(const Pose& state);
+  // What `builder` sees of the body alone.
+  void ReadBody(const Pose& state, const world::ObservationBuilder& builder);
   void Observe(const Pose& state);
   absl::Status Act(const Pose& state, absl::Span<double> target);
   // new_target_ becomes the previous one, and the caller's.
@@ -145,6 +146,9 @@ class Runtime {
   void ObserveSelf(const Pose& state);
   absl::Status EncodeObserved(const Pose& state, absl::Span<double> mean,
                               absl::Span<double> std);
+  absl::Status ObserveBlindly(absl::string_view what,
+                              absl::Span<const double> values,
+                              const Pose& state, absl::Span<double> target);
   absl::Status ActBlindly(absl::Span<const float> action,
                           absl::Span<double> target);
 

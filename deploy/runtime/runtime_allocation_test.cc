@@ -63,11 +63,7 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
 TEST(RuntimeAllocation, NorDoesWhatIsDoneWithALatent) {
   const world::testing::ToyWorld toy =
       world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-  const std::string directory = JoinPath(toy.folder, "bundle");
-  ASSERT_THAT(
-      bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
-      IsOk());
-  auto policy = *Runtime::Open(directory);
+  auto policy = *Runtime::Open(bundle::testing::WriteToyLatent(toy));
   ASSERT_THAT(policy->LoadLibrary(toy.library_folder), IsOk());
   ASSERT_THAT(policy->Play("turn", 0, Runtime::Align::kToBody), IsOk());
   Simulation body(*policy);

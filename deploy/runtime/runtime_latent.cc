@@ -5,7 +5,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
 #include "deploy/runtime/runtime.h"
-#include "sim/world/foot_contact.h"
 
 namespace sinew::runtime {
 
@@ -56,12 +55,7 @@ absl::Status Runtime::CheckSelf(const Pose& state) const {
 }
 
 void Runtime::ObserveSelf(const Pose& state) {
-  PlaceBody(state);
-  if (self_builder_.Has(v1::Observation::BLOCK_SELF_CONTACT)) {
-    world::ReadFootContacts(character(), data_.get(),
-                            absl::MakeSpan(self_contact_));
-  }
-  ShowPreviousTarget(state);
+  ReadBody(state, self_builder_);
   self_builder_.Build({.body = &body_,
                        .reference = {},
                        .reference_contact = {},
@@ -131,21 +125,27 @@ absl::Status Runtime::Prior(const Pose& state, absl::Span<double> mean,
   return GiveGaussian(latent_->Prior(self_observation_), mean, std);
 }
 
-absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,
-                             absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(ReadLatent("latent", latent));
+// What a step without a reference begins with.
+absl::Status Runtime::ObserveBlindly(absl::string_view what,
+                                     absl::Span<const double> values,
+                                     const Pose& state,
+                                     absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(ReadLatent(what, values));
   SINEW_RETURN_IF_ERROR(CheckTarget(target));
   SINEW_RETURN_IF_ERROR(CheckSelf(state));
   ObserveSelf(state);
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,
+                             absl::Span<double> target) {
+  SINEW_RETURN_IF_ERROR(ObserveBlindly("latent", latent, state, target));
   return ActBlindly(latent_->Decode(self_observation_, latent_input_), target);
 }
 
 absl::Status Runtime::Sample(const Pose& state, absl::Span<const double> noise,
                              absl::Span<double> target) {
-  SINEW_RETURN_IF_ERROR(ReadLatent("noise", noise));
-  SINEW_RETURN_IF_ERROR(CheckTarget(target));
-  SINEW_RETURN_IF_ERROR(CheckSelf(state));
-  ObserveSelf(state);
+  SINEW_RETURN_IF_ERROR(ObserveBlindly("noise", noise, state, target));
   return ActBlindly(latent_->Sample(self_observation_, latent_input_), target);
 }
 

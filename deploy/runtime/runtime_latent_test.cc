@@ -6,7 +6,6 @@
 
 #include "common/files.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
 #include "deploy/runtime/pose.h"
 #include "deploy/runtime/runtime.h"
@@ -34,10 +33,7 @@ struct LatentRig {
       const v1::Recipe& recipe = bundle::testing::ToyLatentRecipe(),
       const bundle::testing::LatentWidths& widths = {})
       : toy(world::testing::MakeToyWorld(recipe)) {
-    const std::string directory = JoinPath(toy.folder, "bundle");
-    EXPECT_THAT(bundle::WriteBundle(
-                    bundle::testing::ToyLatentContent(toy, widths), directory),
-                IsOk());
+    const std::string directory = bundle::testing::WriteToyLatent(toy, widths);
     stepping = *Runtime::Open(directory);
     steered = *Runtime::Open(directory);
     for (Runtime* runtime : {stepping.get(), steered.get()}) {

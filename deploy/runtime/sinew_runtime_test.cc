@@ -27,10 +27,7 @@ struct LatentHandle {
   LatentHandle() {
     const world::testing::ToyWorld toy =
         world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-    const std::string path = JoinPath(toy.folder, "bundle");
-    EXPECT_THAT(
-        bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), path),
-        IsOk());
+    const std::string path = bundle::testing::WriteToyLatent(toy);
     policy = sinew_open(path.c_str(), nullptr, 0);
     EXPECT_EQ(sinew_load_library(policy, toy.library_folder.c_str()), 0);
     EXPECT_EQ(sinew_play(policy, "turn", 0, SINEW_ALIGN_NONE), 0);

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
+#include "common/rpc/status.h"
 #include "common/status_macros.h"
 #include "common/temporary_folder.h"
 #include "deploy/checkpoint/folder_files.h"
@@ -19,13 +20,6 @@ namespace {
 
 constexpr size_t kDigits = 16;
 
-// The same status with what it is about in front.
-absl::Status About(const std::string& what, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(what, ": ", status.message()));
-}
-
 // A bundle's files, read from a folder of their own.
 absl::StatusOr<evaluation::BundleSubject> Load(
     const std::string& what, const checkpoint::ArtifactFiles& files,
@@ -35,7 +29,7 @@ absl::StatusOr<evaluation::BundleSubject> Load(
   const std::string folder = JoinPath(scratch->path(), "bundle");
   SINEW_RETURN_IF_ERROR(checkpoint::WriteFolder(files, folder));
   auto loaded = evaluation::LoadBundleSubject(folder, options.motions);
-  SINEW_RETURN_IF_ERROR(About(what, loaded.status()));
+  SINEW_RETURN_IF_ERROR(rpc::Annotate(loaded.status(), what));
   return loaded;
 }
 
@@ -45,7 +39,7 @@ absl::StatusOr<SetSummary> Evaluate(const std::string& what,
                                     const StopToken& stop) {
   auto summary =
       evaluation::EvaluatePolicy(bundle.subject, options.evaluation, stop);
-  SINEW_RETURN_IF_ERROR(About(what, summary.status()));
+  SINEW_RETURN_IF_ERROR(rpc::Annotate(summary.status(), what));
   return std::move(summary->overall);
 }
 
@@ -59,8 +53,8 @@ absl::StatusOr<evaluation::BundleSubject> LoadIncumbent(
   SINEW_ASSIGN_OR_RETURN(evaluation::BundleSubject incumbent,
                          Load(what, files, options));
   SINEW_RETURN_IF_ERROR(
-      About(absl::StrCat(options.bundle, ": cannot follow ", what),
-            CheckSuccession(incumbent.manifest, candidate)));
+      rpc::Annotate(CheckSuccession(incumbent.manifest, candidate),
+                    absl::StrCat(options.bundle, ": cannot follow ", what)));
   return incumbent;
 }
 

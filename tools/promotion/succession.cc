@@ -6,13 +6,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
-#include "absl/strings/strip.h"
+#include "common/config/message_differences.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
 #include "google/protobuf/message.h"
-#include "google/protobuf/util/message_differencer.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::tools {
@@ -40,14 +38,10 @@ absl::Status CheckGraphs(const v1::BundleManifest& incumbent,
 absl::Status CheckEqual(absl::string_view field,
                         const google::protobuf::Message& incumbent,
                         const google::protobuf::Message& candidate) {
-  std::string differences;
-  google::protobuf::util::MessageDifferencer differencer;
-  differencer.ReportDifferencesToString(&differences);
-  if (differencer.Compare(incumbent, candidate)) return absl::OkStatus();
+  const std::string differences = MessageDifferences(incumbent, candidate);
+  if (differences.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat(field, ": expected the incumbent's, found ",
-                   absl::StrReplaceAll(absl::StripSuffix(differences, "\n"),
-                                       {{"\n", "; "}})));
+      absl::StrCat(field, ": expected the incumbent's, found ", differences));
 }
 
 // That evaluations have.

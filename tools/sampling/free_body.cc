@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
+#include "common/config/recipe.h"
 #include "common/status_macros.h"
 #include "sim/world/foot_contact.h"
 
@@ -34,8 +35,7 @@ absl::StatusOr<std::shared_ptr<const BodyLaw>> BodyLaw::Create(
     const bundle::Bundle& bundle, int64_t self_width) {
   v1::Recipe recipe = bundle::TaskRecipe(bundle.manifest);
   const v1::Action& action = recipe.task().action();
-  if (action.placement() != v1::Action::PLACEMENT_AROUND_CURRENT &&
-      action.placement() != v1::Action::PLACEMENT_ABSOLUTE) {
+  if (!IsBlindPlacement(action.placement())) {
     return absl::InvalidArgumentError(absl::StrCat(
         bundle.directory, ": action.placement: expected AROUND_CURRENT or ",
         "ABSOLUTE, which need no reference, found ",

@@ -5,9 +5,9 @@
 
 namespace sinew::tools {
 
-// `sinew card --bundle B --motions LIB [--eval FILE] [--fallen FILE] [--run
-// RUN]
-// --out CARD.md`: the model card of a bundle for zoo/ (tools/zoo).
+// `sinew card --bundle B --motions LIB --out CARD.md [--eval FILE]
+// [--fallen FILE] [--run RUN]`: the model card of a bundle for zoo/
+// (tools/zoo).
 void AddCardCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

@@ -109,6 +109,18 @@ absl::Status CheckOptions(const ExportOptions& options) {
   return absl::OkStatus();
 }
 
+absl::Status ExportState(const ExportOptions& options,
+                         const std::string& checkpoints, const Clock& clock) {
+  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
+                         bundle::ReadRunInputs(options.run));
+  const std::vector<v1::RunInputs::Source> sources(inputs.sources().begin(),
+                                                   inputs.sources().end());
+  SINEW_RETURN_IF_ERROR(
+      WriteCompactState(checkpoints, options.state, clock, sources));
+  absl::PrintF("%s\n", options.state);
+  return absl::OkStatus();
+}
+
 absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(asked));
   ExportOptions options = asked;
@@ -119,16 +131,7 @@ absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
         options.run, ": expected a run directory, found no checkpoints/"));
   }
   const SystemClock clock;
-  if (!options.state.empty()) {
-    SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
-                           bundle::ReadRunInputs(options.run));
-    const std::vector<v1::RunInputs::Source> sources(inputs.sources().begin(),
-                                                     inputs.sources().end());
-    SINEW_RETURN_IF_ERROR(
-        WriteCompactState(folder, options.state, clock, sources));
-    absl::PrintF("%s\n", options.state);
-    return absl::OkStatus();
-  }
+  if (!options.state.empty()) return ExportState(options, folder, clock);
   SINEW_ASSIGN_OR_RETURN(
       const auto store,
       checkpoint::OpenStore(folder, checkpoint::StoreAccess::kRead,

@@ -22,15 +22,19 @@
 #include "learner/procedure/procedure.h"
 #include "learner/state/state_store.h"
 #include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/rollout.pb.h"
 #include "proto/sinew/v1/run.pb.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/training/compact_state.h"
 #include "tools/training/procedure_record.h"
 
 namespace sinew::tools {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // A run directory as training leaves it, without the training.
@@ -90,15 +94,18 @@ class ExportCommand : public ::testing::Test {
         IsOk());
     ASSERT_THAT(store->SetAlias("best", record.id()), IsOk());
   }
-  absl::Status Export(const std::string& flags = "",
-                      const std::string& run = "") const {
+  absl::Status Run(const std::string& flags,
+                   const std::string& run = "") const {
     CLI::App app;
     app.require_subcommand(1);
     Action action;
     AddExportCommand(app, action);
-    app.parse(absl::StrCat("export --run ", run.empty() ? run_ : run, " --out ",
-                           Out(), flags));
+    app.parse(absl::StrCat("export --run ", run.empty() ? run_ : run, flags));
     return action(StopToken());
+  }
+  absl::Status Export(const std::string& flags = "",
+                      const std::string& run = "") const {
+    return Run(absl::StrCat(" --out ", Out(), flags), run);
   }
   std::string Out() const { return JoinPath(toy_.folder, "exported"); }
 
@@ -179,21 +186,39 @@ TEST_F(ExportCommand, MakesABundleOfTheStageThatAProcedureCameTo) {
             Sha256Hex(Snapshot(0.2)));
 }
 
+TEST_F(ExportCommand, WritesAStateThatSaysWhatItsRunLearnsFrom) {
+  v1::RunInputs::Source teacher;
+  teacher.mutable_bundle()->set_role("teacher");
+  teacher.mutable_bundle()->set_manifest_sha256("expert");
+  ASSERT_THAT(
+      bundle::SaveRunInputs(run_, JoinPath(toy_.folder, "character.textproto"),
+                            *toy_.library, {teacher}),
+      IsOk());
+  v1::TaskAssets list;
+  v1::Asset& library = *list.add_assets();
+  library.set_role("library");
+  library.set_sha256(toy_.library->digest());
+  const auto assets =
+      std::make_shared<const std::string>(list.SerializeAsString());
+  SaveState(Snapshot(0.2), Sha256Hex(*assets));
+  ASSERT_THAT(Store()->PutBlob(assets), IsOk());
+
+  ASSERT_THAT(Run(" --state " + Out()), IsOk());
+
+  const auto state = ReadCompactState(Out(), clock_);
+  ASSERT_THAT(state, IsOk());
+  EXPECT_EQ(state->state.counters.iteration(), 12);
+  ASSERT_TRUE(state->sources.has_value());
+  EXPECT_THAT(*state->sources, ElementsAre(EqualsProto(teacher)));
+}
+
 TEST_F(ExportCommand, WritesABundleOrAState) {
-  const auto run = [&](const std::string& flags) {
-    CLI::App app;
-    app.require_subcommand(1);
-    Action action;
-    AddExportCommand(app, action);
-    app.parse(absl::StrCat("export --run ", run_, flags));
-    return action(StopToken());
-  };
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
 
-  EXPECT_THAT(run(""), StatusIs(kInvalid, HasSubstr("found none")));
-  EXPECT_THAT(run(" --out a --state b"),
+  EXPECT_THAT(Run(""), StatusIs(kInvalid, HasSubstr("found none")));
+  EXPECT_THAT(Run(" --out a --state b"),
               StatusIs(kInvalid, HasSubstr("found both")));
-  EXPECT_THAT(run(" --state b --best"),
+  EXPECT_THAT(Run(" --state b --best"),
               StatusIs(kInvalid, HasSubstr("--best")));
 }
 

@@ -57,13 +57,10 @@ TEST(Verify, FindsThatAllBackEndsAgree) {
 TEST(Verify, ComparesEveryGraphOfALatentBundle) {
   const world::testing::ToyWorld toy =
       world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-  const std::string directory = JoinPath(toy.folder, "bundle");
-  ASSERT_THAT(
-      bundle::WriteBundle(bundle::testing::ToyLatentContent(toy), directory),
-      IsOk());
   std::string output;
 
-  EXPECT_THAT(Verify(directory, &output), IsOk()) << output;
+  EXPECT_THAT(Verify(bundle::testing::WriteToyLatent(toy), &output), IsOk())
+      << output;
 
   // Numbers of both back ends stand beside each.
   for (const char* row :

@@ -1,14 +1,11 @@
 #include "tools/training/run_folder.h"
 
-#include <google/protobuf/util/message_differencer.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
-#include "absl/strings/strip.h"
+#include "common/config/message_differences.h"
 #include "common/config/recipe.h"
 #include "common/status_macros.h"
 
@@ -50,16 +47,13 @@ absl::Status RunFolder::CheckSameRecipe(const v1::Recipe& recipe) const {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config()));
   SINEW_ASSIGN_OR_RETURN(v1::Recipe before, ParseRecipe(text, config()));
   before = WithDefaults(std::move(before));
-  std::string differences;
-  google::protobuf::util::MessageDifferencer differencer;
-  differencer.ReportDifferencesToString(&differences);
-  if (differencer.Compare(before, recipe)) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      path_,
-      ": expected the recipe that the run was started with, found "
-      "another one (",
-      absl::StrReplaceAll(absl::StripSuffix(differences, "\n"), {{"\n", "; "}}),
-      "); give the same one, or another --run"));
+  const std::string differences = MessageDifferences(before, recipe);
+  if (differences.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(path_,
+                   ": expected the recipe that the run was started with, found "
+                   "another one (",
+                   differences, "); give the same one, or another --run"));
 }
 
 }  // namespace sinew::tools

@@ -1,11 +1,9 @@
 #include "tools/training/same_message.h"
 
-#include <google/protobuf/util/message_differencer.h>
-
-#include <algorithm>
+#include <string>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
+#include "common/config/message_differences.h"
 
 namespace sinew::tools {
 
@@ -18,14 +16,10 @@ absl::Status Unfit(absl::string_view field, absl::string_view expected,
 absl::Status SameMessage(absl::string_view field,
                          const google::protobuf::Message& expected,
                          const google::protobuf::Message& found) {
-  google::protobuf::util::MessageDifferencer differencer;
-  std::string differences;
-  differencer.ReportDifferencesToString(&differences);
-  if (differencer.Compare(expected, found)) return absl::OkStatus();
-  std::replace(differences.begin(), differences.end(), '\n', ' ');
-  return Unfit(
-      field, "the recipe's",
-      absl::StrCat("another (", absl::StripSuffix(differences, " "), ")"));
+  const std::string differences = MessageDifferences(expected, found);
+  if (differences.empty()) return absl::OkStatus();
+  return Unfit(field, "the recipe's",
+               absl::StrCat("another (", differences, ")"));
 }
 
 absl::Status In(absl::string_view source, const absl::Status& status) {

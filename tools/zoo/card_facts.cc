@@ -1,7 +1,6 @@
 #include "tools/zoo/card_facts.h"
 
 #include <memory>
-#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -91,19 +90,18 @@ RunFacts FactsOfManifest(const v1::BundleProvenance& provenance) {
 absl::Status AddRow(const std::string& folder, RunFacts* facts) {
   const std::string path = RunFolder::MetricsOf(folder);
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  Json last;
-  for (const absl::string_view line : absl::StrSplit(text, '\n')) {
-    Json row = Json::parse(line.begin(), line.end(), nullptr,
-                           /*allow_exceptions=*/false);
-    if (row.is_object()) last = std::move(row);
+  const std::vector<absl::string_view> lines = absl::StrSplit(text, '\n');
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+    const Json row = Json::parse(line->begin(), line->end(), nullptr,
+                                 /*allow_exceptions=*/false);
+    if (!row.is_object()) continue;
+    const auto cores = row.find("cores");
+    if (cores != row.end() && cores->is_number_integer()) {
+      facts->cores = cores->get<int64_t>();
+    }
+    return absl::OkStatus();
   }
-  if (!last.is_object())
-    return UnfitField(path, "rows", "at least one", "none");
-  const auto cores = last.find("cores");
-  if (cores != last.end() && cores->is_number_integer()) {
-    facts->cores = cores->get<int64_t>();
-  }
-  return absl::OkStatus();
+  return UnfitField(path, "rows", "at least one", "none");
 }
 
 // Where the newest state knows; runs kept without states say nothing.

@@ -97,10 +97,6 @@ std::string ClipRow(const CardFacts& facts, const Json& clip) {
       zero == clip.end() ? "-" : FailedAt(*zero, rate), force);
 }
 
-std::string Seed(const CardFacts& facts) {
-  return absl::StrCat(facts.run.seed);
-}
-
 // `.onnx` alone, where the C interface is of no use.
 std::string PythonSnippet(const CardFacts& facts) {
   const auto ports = policy::FindPorts(facts.bundle.graph, "policy");
@@ -228,7 +224,7 @@ std::string ReproduceChapter(const CardFacts& facts) {
           ? facts.command
           : absl::StrCat("./sinew train --recipe ", facts.run.recipe,
                          " --character ", manifest.character(),
-                         " --motions LIB --run RUN --seed ", Seed(facts),
+                         " --motions LIB --run RUN --seed ", facts.run.seed,
                          SourceFlags(manifest.provenance()));
   std::string text =
       absl::StrCat("## How to make it again\n\n    ", trained, "\n");

@@ -83,17 +83,14 @@ std::string TrainingChapter(const CardFacts& facts) {
 
 std::string FallenText(const Json& fallen) {
   if (!fallen.is_object()) return "";
-  const auto zero = fallen.find("zero_action");
-  const Json none = Json::object();
-  const Json& beside = zero == fallen.end() ? none : *zero;
   return absl::StrFormat(
       "\nOf %d fallen starts, %.1f %% stand and track again within 3 s, %.1f "
       "%% within 5 s (zero action: %.1f %%, %.1f %%).\n",
       static_cast<int64_t>(NumberAt(fallen, {"starts"})),
       100 * NumberAt(fallen, {"recovered_3_s"}),
       100 * NumberAt(fallen, {"recovered_5_s"}),
-      100 * NumberAt(beside, {"recovered_3_s"}),
-      100 * NumberAt(beside, {"recovered_5_s"}));
+      100 * NumberAt(fallen, {"zero_action", "recovered_3_s"}),
+      100 * NumberAt(fallen, {"zero_action", "recovered_5_s"}));
 }
 
 absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {

@@ -185,14 +185,17 @@ TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
                                HasSubstr("fallen: expected an object")));
 
   std::string text = *ReadFile(options_.eval);
-  text.insert(text.find('{') + 1,
-              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
-              "\"recovered_5_s\": 0.75, \"zero_action\": {}},");
+  text.insert(
+      text.find('{') + 1,
+      "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
+      "\"recovered_5_s\": 0.75, \"zero_action\": {\"recovered_3_s\": 0.125, "
+      "\"recovered_5_s\": 0.5}},");
   ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
   const auto card = Card();
   ASSERT_THAT(card, IsOk());
   EXPECT_THAT(*card, HasSubstr("Of 8 fallen starts, 25.0 % stand and track "
-                               "again within 3 s, 75.0 % within 5 s"));
+                               "again within 3 s, 75.0 % within 5 s "
+                               "(zero action: 12.5 %, 50.0 %)"));
 }
 
 }  // namespace

@@ -10,12 +10,6 @@
 #include "deploy/bundle/bundle.h"
 
 namespace sinew::zoo {
-namespace {
-
-// What bundles call the origin or licence of a clip that has none.
-constexpr char kUnknown[] = "unknown";
-
-}  // namespace
 
 absl::StatusOr<int64_t> FolderBytes(const std::string& folder) {
   namespace fs = std::filesystem;
@@ -59,7 +53,7 @@ absl::Status CheckZooEntry(const std::string& folder) {
         directory, ": provenance.data_licences: expected some, found none"));
   }
   for (const std::string& licence : licences) {
-    if (licence == kUnknown) {
+    if (licence == bundle::kUnknown) {
       return absl::FailedPreconditionError(absl::StrCat(
           directory,
           ": provenance.data_licences: expected the licence of every clip, "

@@ -8,6 +8,7 @@
 #include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/select_graphs.h"
 #include "sim/character/character_files.h"
 #include "sim/world/observation.h"
 
@@ -47,19 +48,11 @@ v1::Snapshot RandomSnapshot(const v1::Recipe& recipe, int64_t observation_width,
   options.action_width = action_width;
   options.network = recipe.network();
   options.network.set_last_layer_gain(gain);
-  const v1::PolicyGraph both = BuildTrackingPolicy(options).value();
   v1::Snapshot snapshot;
-  snapshot.mutable_graph()->set_format_version(both.format_version());
-  *snapshot.mutable_graph()->add_graphs() = both.graphs(0);
-  TensorMap weights = policy::InitialWeights(options, /*seed=*/3).value();
-  for (const v1::Parameter& parameter : both.parameters()) {
-    if (parameter.name().starts_with("critic/")) {
-      weights.erase(parameter.name());
-    } else {
-      *snapshot.mutable_graph()->add_parameters() = parameter;
-    }
-  }
-  snapshot.set_weights(SerializeSafetensors(weights));
+  *snapshot.mutable_graph() = policy::GraphsWithout(
+      policy::BuildTrackingPolicy(options).value(), {"critic"});
+  snapshot.set_weights(SerializeSafetensors(policy::WeightsOf(
+      snapshot.graph(), policy::InitialWeights(options, /*seed=*/3).value())));
   return snapshot;
 }
 

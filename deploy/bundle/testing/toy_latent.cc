@@ -84,9 +84,11 @@ BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
   return MakeContent(inputs).value();
 }
 
-std::string WriteToyLatent(const world::testing::ToyWorld& toy) {
+std::string WriteToyLatent(const world::testing::ToyWorld& toy,
+                           const LatentWidths& widths) {
   const std::string directory = JoinPath(toy.folder, "bundle");
-  const absl::Status written = WriteBundle(ToyLatentContent(toy), directory);
+  const absl::Status written =
+      WriteBundle(ToyLatentContent(toy, widths), directory);
   SINEW_CHECK(written.ok()) << written.ToString();
   return directory;
 }

@@ -38,7 +38,8 @@ BundleContent ToyLatentContent(const world::testing::ToyWorld& toy,
                                const LatentWidths& widths = {});
 
 // The same, written into the toy's folder; returns where.
-std::string WriteToyLatent(const world::testing::ToyWorld& toy);
+std::string WriteToyLatent(const world::testing::ToyWorld& toy,
+                           const LatentWidths& widths = {});
 
 }  // namespace sinew::bundle::testing
 

@@ -1,23 +1,19 @@
 // The examples run on a bundle with a latent: the program in MuJoCo, and the
 // Python script, which must give the executor's actions.
 #include <algorithm>
-#include <cstdlib>
-#include <memory>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/time.h"
 #include "common/files.h"
 #include "common/policy/executor.h"
 #include "common/random/philox.h"
-#include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
+#include "deploy/runtime/testing/run_program.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
@@ -28,31 +24,11 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using testing::Outcome;
+using testing::Runfile;
+using testing::RunProgram;
 
 constexpr int kRows = 5, kSelf = 33, kWidth = 6;
-
-std::string Runfile(const std::string& name) {
-  return JoinPath(std::getenv("TEST_SRCDIR"), name);
-}
-
-struct Outcome {
-  int code = -1;
-  std::string output;
-};
-
-Outcome RunProgram(std::vector<std::string> argv) {
-  const std::string log = JoinPath(std::getenv("TEST_TMPDIR"), "output.txt");
-  EXPECT_THAT(RemoveRecursively(log), IsOk());
-  auto child =
-      Subprocess::Start({.argv = std::move(argv),
-                         .environment = {{"PYTHONPATH", Runfile("onnx_python")},
-                                         {"PYTHONDONTWRITEBYTECODE", "1"}},
-                         .output_file = log});
-  EXPECT_THAT(child, IsOk());
-  const auto status = (*child)->Wait(absl::Minutes(2));
-  EXPECT_THAT(status, IsOk());
-  return {.code = status->code, .output = *ReadFile(log)};
-}
 
 // A bundle with a latent on disk.
 struct LatentFolder {

@@ -1,17 +1,13 @@
 // The example runs: with an untrained policy, which adds little to a reference
 // that stands by itself.
-#include <cstdlib>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
-#include "absl/time/time.h"
 #include "common/files.h"
-#include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/runtime/testing/run_program.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
@@ -22,23 +18,13 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
-
-struct Outcome {
-  int code = -1;
-  std::string output;
-};
+using testing::Outcome;
 
 Outcome Walk(const std::vector<std::string>& arguments) {
-  const std::string log = JoinPath(std::getenv("TEST_TMPDIR"), "walk.txt");
-  EXPECT_THAT(RemoveRecursively(log), IsOk());
-  std::vector<std::string> argv = {absl::StrCat(
-      std::getenv("TEST_SRCDIR"), "/sinew/deploy/runtime/examples/walk")};
+  std::vector<std::string> argv = {
+      testing::Runfile("sinew/deploy/runtime/examples/walk")};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
-  auto child = Subprocess::Start({.argv = argv, .output_file = log});
-  EXPECT_THAT(child, IsOk());
-  const auto status = (*child)->Wait(absl::Minutes(1));
-  EXPECT_THAT(status, IsOk());
-  return {.code = status->code, .output = *ReadFile(log)};
+  return testing::RunProgram(argv);
 }
 
 TEST(Walk, StepsABundleAndSaysHowFarItWent) {

@@ -1,62 +1,34 @@
-// Bundles are written whole, read back equal, and refused when anything in them
-// is not what it was.
-#include "deploy/bundle/bundle.h"
-
-#include <sys/resource.h>
-
+// Bundles are refused when anything in them is not what it was.
 #include <cmath>
-#include <csignal>
-#include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
-#include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "common/config/recipe.h"
-#include "common/config/text_proto.h"
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
+#include "deploy/bundle/bundle.h"
 #include "deploy/bundle/manifest.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_folder.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "sim/world/testing/toy_world.h"
 
 namespace sinew::bundle {
 namespace {
 
-using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
 using ::testing::AllOf;
 using ::testing::AnyOf;
-using ::testing::ElementsAre;
+using testing::FilesOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-const world::testing::ToyWorld& Toy() {
-  static const auto* toy =
-      new world::testing::ToyWorld(world::testing::MakeToyWorld());
-  return *toy;
-}
-
-std::string FolderOfTest() {
-  return JoinPath(
-      ::testing::TempDir(),
-      ::testing::UnitTest::GetInstance()->current_test_info()->name());
-}
-
-// A new toy bundle in a folder of the running test's own.
-std::string WriteToy(const std::string& name = "toy") {
-  const std::string directory = JoinPath(FolderOfTest(), name);
-  EXPECT_THAT(RemoveRecursively(directory), IsOk());
-  EXPECT_THAT(WriteBundle(testing::ToyContent(Toy()), directory), IsOk());
-  return directory;
-}
+using testing::Toy;
+using testing::WriteToy;
 
 // Replaces a file's content and gives the manifest its digest, as somebody
 // would who wants it to pass.
@@ -79,63 +51,7 @@ absl::Status ReadEdited(const std::function<void(v1::BundleManifest&)>& edit) {
   return ReadBundle(directory).status();
 }
 
-std::vector<std::string> FilesOf(const std::string& directory) {
-  std::vector<std::string> files;
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(directory)) {
-    if (!entry.is_regular_file()) continue;
-    files.push_back(entry.path().lexically_relative(directory).string());
-  }
-  return files;
-}
-
-TEST(Bundle, ReadsBackWhatWasWritten) {
-  const BundleContent content = testing::ToyContent(Toy());
-
-  const auto bundle = ReadBundle(WriteToy());
-
-  ASSERT_THAT(bundle, IsOk());
-  EXPECT_THAT(bundle->graph, EqualsProto(content.graph));
-  EXPECT_EQ(SerializeSafetensors(bundle->weights),
-            SerializeSafetensors(content.weights));
-  EXPECT_EQ(bundle->character->digest(), Toy().character->digest());
-  EXPECT_THAT(bundle->manifest.graphs(), ElementsAre("policy"));
-  EXPECT_EQ(bundle->manifest.joints(2).name(), "hip_fr");
-  EXPECT_EQ(bundle->manifest.joints(2).stiffness(), 100);
-  EXPECT_EQ(bundle->manifest.bodies(0), "trunk");
-  EXPECT_EQ(bundle->manifest.control_hz(), 30);
-  EXPECT_EQ(bundle->manifest.action_width(), 4);
-  EXPECT_EQ(bundle->manifest.observation_width(), 33 + 35);
-  EXPECT_THAT(bundle->manifest.provenance().clips(),
-              ElementsAre("turn: made for tests (Apache-2.0)",
-                          "sway: made for tests (Apache-2.0)",
-                          "tumble: made for tests (Apache-2.0)"));
-  EXPECT_THAT(bundle->manifest.provenance().data_licences(),
-              ElementsAre("Apache-2.0"));
-  EXPECT_EQ(bundle->manifest.provenance().library_sha256(),
-            Toy().library->digest());
-}
-
-TEST(Bundle, GivesBackTheRecipeOfItsTask) {
-  const auto bundle = ReadBundle(WriteToy());
-
-  ASSERT_THAT(bundle, IsOk());
-  const v1::Recipe recipe = TaskRecipe(bundle->manifest);
-  EXPECT_THAT(recipe.task(), EqualsProto(Toy().recipe.task()));
-  EXPECT_THAT(recipe.physics(), EqualsProto(Toy().recipe.physics()));
-}
-
-TEST(Bundle, SameContentGivesSameBytes) {
-  const std::string a = WriteToy("a");
-  const std::string b = WriteToy("b");
-
-  for (const std::string& file : FilesOf(a)) {
-    EXPECT_EQ(*ReadFile(JoinPath(a, file)), *ReadFile(JoinPath(b, file)))
-        << file;
-  }
-}
-
-TEST(Bundle, RefusesAFlippedBitInAnyFile) {
+TEST(ReadBundle, RefusesAFlippedBitInAnyFile) {
   const std::string directory = WriteToy();
   for (const std::string& file : FilesOf(directory)) {
     const std::string path = JoinPath(directory, file);
@@ -158,7 +74,7 @@ TEST(Bundle, RefusesAFlippedBitInAnyFile) {
   EXPECT_THAT(ReadBundle(directory), IsOk());
 }
 
-TEST(Bundle, RefusesAnyTruncatedFile) {
+TEST(ReadBundle, RefusesAnyTruncatedFile) {
   const std::string directory = WriteToy();
   for (const std::string& file : FilesOf(directory)) {
     const std::string path = JoinPath(directory, file);
@@ -176,7 +92,7 @@ TEST(Bundle, RefusesAnyTruncatedFile) {
   }
 }
 
-TEST(Bundle, NamesAnyFileThatIsMissing) {
+TEST(ReadBundle, NamesAnyFileThatIsMissing) {
   const std::string directory = WriteToy();
   for (const std::string& file : FilesOf(directory)) {
     const std::string path = JoinPath(directory, file);
@@ -190,15 +106,15 @@ TEST(Bundle, NamesAnyFileThatIsMissing) {
   }
 }
 
-TEST(Bundle, NamesAFolderThatIsNone) {
+TEST(ReadBundle, NamesAFolderThatIsNone) {
   EXPECT_THAT(ReadBundle("/nowhere/at/all"),
               StatusIs(absl::StatusCode::kNotFound,
                        HasSubstr("/nowhere/at/all: expected a bundle")));
 }
 
-TEST(Bundle, RefusesAFileOfAnotherBundle) {
+TEST(ReadBundle, RefusesAFileOfAnotherBundle) {
   const std::string directory = WriteToy();
-  const std::string other = JoinPath(FolderOfTest(), "other");
+  const std::string other = TestPath("other");
   ASSERT_THAT(WriteBundle(testing::ToyContent(Toy(), /*gain=*/0.5), other),
               IsOk());
   ASSERT_THAT(WriteFileAtomically(JoinPath(directory, kWeightsFile),
@@ -210,7 +126,7 @@ TEST(Bundle, RefusesAFileOfAnotherBundle) {
                        HasSubstr("weights.safetensors: expected SHA-256")));
 }
 
-TEST(Bundle, RefusesANewerVersionByNumber) {
+TEST(ReadBundle, RefusesANewerVersionByNumber) {
   const std::string directory = WriteToy();
   const std::string path = JoinPath(directory, kManifestFile);
   const std::string newer = absl::StrReplaceAll(
@@ -226,7 +142,7 @@ TEST(Bundle, RefusesANewerVersionByNumber) {
                                                 "version"))));
 }
 
-TEST(Bundle, RefusesAnEditedManifest) {
+TEST(ReadBundle, RefusesAnEditedManifest) {
   const std::string directory = WriteToy();
   const std::string path = JoinPath(directory, kManifestFile);
   const std::string edited = absl::StrReplaceAll(
@@ -238,7 +154,7 @@ TEST(Bundle, RefusesAnEditedManifest) {
                        AllOf(HasSubstr(path), HasSubstr("altered"))));
 }
 
-TEST(Bundle, RefusesAManifestWhoseJointsStandInAnotherOrder) {
+TEST(ReadBundle, RefusesAManifestWhoseJointsStandInAnotherOrder) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.mutable_joints()->SwapElements(1, 2);
               }),
@@ -247,7 +163,7 @@ TEST(Bundle, RefusesAManifestWhoseJointsStandInAnotherOrder) {
                                  "\"hip_br\", found \"hip_fr\"")));
 }
 
-TEST(Bundle, RefusesAManifestWithOtherGains) {
+TEST(ReadBundle, RefusesAManifestWithOtherGains) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.mutable_joints(3)->set_damping(11);
               }),
@@ -256,7 +172,7 @@ TEST(Bundle, RefusesAManifestWithOtherGains) {
                                  "expected 10, found 11")));
 }
 
-TEST(Bundle, RefusesAManifestWithOtherWidths) {
+TEST(ReadBundle, RefusesAManifestWithOtherWidths) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.set_observation_width(67);
               }),
@@ -269,7 +185,7 @@ TEST(Bundle, RefusesAManifestWithOtherWidths) {
                        HasSubstr("action_width: expected 4, found 3")));
 }
 
-TEST(Bundle, RefusesALayoutThatTheNetworkDoesNotHave) {
+TEST(ReadBundle, RefusesALayoutThatTheNetworkDoesNotHave) {
   EXPECT_THAT(
       ReadEdited([](v1::BundleManifest& manifest) {
         manifest.mutable_task()->mutable_observation()->add_frames_ahead(4);
@@ -279,7 +195,7 @@ TEST(Bundle, RefusesALayoutThatTheNetworkDoesNotHave) {
                HasSubstr("observation_width: expected")));
 }
 
-TEST(Bundle, RefusesAnActionLawThatIsNotTheTasks) {
+TEST(ReadBundle, RefusesAnActionLawThatIsNotTheTasks) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.mutable_action()->set_scale(0.3);
               }),
@@ -287,7 +203,7 @@ TEST(Bundle, RefusesAnActionLawThatIsNotTheTasks) {
                        HasSubstr("manifest.json: action: expected")));
 }
 
-TEST(Bundle, RefusesOtherBodiesAndCharacters) {
+TEST(ReadBundle, RefusesOtherBodiesAndCharacters) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.mutable_bodies()->RemoveLast();
               }),
@@ -300,7 +216,7 @@ TEST(Bundle, RefusesOtherBodiesAndCharacters) {
                HasSubstr("character: expected \"toy\", found \"tyo\"")));
 }
 
-TEST(Bundle, RefusesPathsThatLeaveTheFolder) {
+TEST(ReadBundle, RefusesPathsThatLeaveTheFolder) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 (*manifest.mutable_files())["../secret"] = std::string(64, '0');
               }),
@@ -309,7 +225,7 @@ TEST(Bundle, RefusesPathsThatLeaveTheFolder) {
                                  "found \"../secret\"")));
 }
 
-TEST(Bundle, RefusesWeightsThatAreNotFinite) {
+TEST(ReadBundle, RefusesWeightsThatAreNotFinite) {
   const std::string directory = WriteToy();
   TensorMap weights = testing::ToyContent(Toy()).weights;
   weights.at("policy/mean/bias").mutable_float32()[1] = NAN;
@@ -323,7 +239,7 @@ TEST(Bundle, RefusesWeightsThatAreNotFinite) {
                      HasSubstr("policy/mean/bias"), HasSubstr("not finite"))));
 }
 
-TEST(Bundle, RefusesWeightsThatTheGraphDoesNotFit) {
+TEST(ReadBundle, RefusesWeightsThatTheGraphDoesNotFit) {
   const std::string directory = WriteToy();
   TensorMap weights = testing::ToyContent(Toy()).weights;
   weights.erase("policy/mean/bias");
@@ -336,7 +252,7 @@ TEST(Bundle, RefusesWeightsThatTheGraphDoesNotFit) {
                              HasSubstr("policy/mean/bias"))));
 }
 
-TEST(Bundle, RefusesACharacterWithAnotherBody) {
+TEST(ReadBundle, RefusesACharacterWithAnotherBody) {
   const std::string directory = WriteToy();
   const std::string mjcf = *ReadFile(JoinPath(directory, "character/toy.xml"));
 
@@ -346,78 +262,6 @@ TEST(Bundle, RefusesACharacterWithAnotherBody) {
   EXPECT_THAT(ReadBundle(directory),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("character_sha256: expected")));
-}
-
-TEST(WriteBundle, ReplacesTheOldOneAndLeavesNothingElse) {
-  const std::string directory = WriteToy();
-  const BundleContent content = testing::ToyContent(Toy(), /*gain=*/0.5);
-
-  EXPECT_THAT(WriteBundle(content, directory), IsOk());
-
-  const auto bundle = ReadBundle(directory);
-  ASSERT_THAT(bundle, IsOk());
-  EXPECT_EQ(SerializeSafetensors(bundle->weights),
-            SerializeSafetensors(content.weights));
-  EXPECT_THAT(*ListDirectory(FolderOfTest()), ElementsAre("toy"));
-}
-
-TEST(WriteBundle, RefusesContentThatReadBundleWould) {
-  const std::string directory = WriteToy();
-  const std::string before = *ReadFile(JoinPath(directory, kManifestFile));
-  BundleContent content = testing::ToyContent(Toy());
-  content.manifest.mutable_joints(0)->set_name("tail");
-
-  EXPECT_THAT(WriteBundle(content, directory),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("tail")));
-
-  EXPECT_EQ(*ReadFile(JoinPath(directory, kManifestFile)), before);
-  EXPECT_THAT(*ListDirectory(FolderOfTest()), ElementsAre("toy"));
-}
-
-TEST(WriteBundle, KeepsTheOldOneWhenTheDiskIsFull) {
-  const std::string directory = WriteToy();
-  const std::string before = *ReadFile(JoinPath(directory, kManifestFile));
-  const BundleContent content = testing::ToyContent(Toy(), /*gain=*/0.5);
-  // No file may grow beyond 8 KiB: the nearest to a full disk without a mount.
-  const sighandler_t handler = signal(SIGXFSZ, SIG_IGN);
-  rlimit limit;
-  getrlimit(RLIMIT_FSIZE, &limit);
-  const rlimit small = {8192, limit.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &small);
-
-  const absl::Status status = WriteBundle(content, directory);
-
-  setrlimit(RLIMIT_FSIZE, &limit);
-  signal(SIGXFSZ, handler);
-  EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted));
-  EXPECT_EQ(*ReadFile(JoinPath(directory, kManifestFile)), before);
-  EXPECT_THAT(ReadBundle(directory), IsOk());
-  EXPECT_THAT(*ListDirectory(FolderOfTest()), ElementsAre("toy"));
-}
-
-int64_t SizeOf(const std::string& directory) {
-  int64_t size = 0;
-  for (const std::string& file : FilesOf(directory)) {
-    size += *FileSize(JoinPath(directory, file));
-  }
-  return size;
-}
-
-TEST(WriteBundle, OurCharactersAreSmallAndStandAlone) {
-  for (const std::string name : {"humanoid", "g1"}) {
-    const BundleContent content =
-        testing::CharacterContent(name, WithDefaults(v1::Recipe()));
-    const std::string directory = JoinPath(FolderOfTest(), name);
-
-    ASSERT_THAT(WriteBundle(content, directory), IsOk());
-
-    EXPECT_LT(SizeOf(directory), 8 << 20) << name;
-    for (const std::string& file : FilesOf(directory)) {
-      EXPECT_FALSE(absl::EndsWithIgnoreCase(file, ".stl")) << file;
-    }
-    ::testing::Test::RecordProperty(name + "_bytes",
-                                    static_cast<int>(SizeOf(directory)));
-  }
 }
 
 }  // namespace

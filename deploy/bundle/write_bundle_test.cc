@@ -1,0 +1,153 @@
+// Bundles are written whole, and read back equal.
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstdint>
+#include <string>
+
+#include "absl/strings/match.h"
+#include "common/config/recipe.h"
+#include "common/files.h"
+#include "common/policy/safetensors.h"
+#include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
+#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/manifest.h"
+#include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_folder.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace sinew::bundle {
+namespace {
+
+using ::sinew::testing::EqualsProto;
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
+using ::testing::ElementsAre;
+using testing::FilesOf;
+using ::testing::HasSubstr;
+using testing::Toy;
+using testing::WriteToy;
+
+TEST(WriteBundle, ReadsBackWhatWasWritten) {
+  const BundleContent content = testing::ToyContent(Toy());
+
+  const auto bundle = ReadBundle(WriteToy());
+
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(bundle->graph, EqualsProto(content.graph));
+  EXPECT_EQ(SerializeSafetensors(bundle->weights),
+            SerializeSafetensors(content.weights));
+  EXPECT_EQ(bundle->character->digest(), Toy().character->digest());
+  EXPECT_THAT(bundle->manifest.graphs(), ElementsAre("policy"));
+  EXPECT_EQ(bundle->manifest.joints(2).name(), "hip_fr");
+  EXPECT_EQ(bundle->manifest.joints(2).stiffness(), 100);
+  EXPECT_EQ(bundle->manifest.bodies(0), "trunk");
+  EXPECT_EQ(bundle->manifest.control_hz(), 30);
+  EXPECT_EQ(bundle->manifest.action_width(), 4);
+  EXPECT_EQ(bundle->manifest.observation_width(), 33 + 35);
+  EXPECT_THAT(bundle->manifest.provenance().clips(),
+              ElementsAre("turn: made for tests (Apache-2.0)",
+                          "sway: made for tests (Apache-2.0)",
+                          "tumble: made for tests (Apache-2.0)"));
+  EXPECT_THAT(bundle->manifest.provenance().data_licences(),
+              ElementsAre("Apache-2.0"));
+  EXPECT_EQ(bundle->manifest.provenance().library_sha256(),
+            Toy().library->digest());
+}
+
+TEST(WriteBundle, GivesBackTheRecipeOfItsTask) {
+  const auto bundle = ReadBundle(WriteToy());
+
+  ASSERT_THAT(bundle, IsOk());
+  const v1::Recipe recipe = TaskRecipe(bundle->manifest);
+  EXPECT_THAT(recipe.task(), EqualsProto(Toy().recipe.task()));
+  EXPECT_THAT(recipe.physics(), EqualsProto(Toy().recipe.physics()));
+}
+
+TEST(WriteBundle, SameContentGivesSameBytes) {
+  const std::string a = WriteToy("a");
+  const std::string b = WriteToy("b");
+
+  for (const std::string& file : FilesOf(a)) {
+    EXPECT_EQ(*ReadFile(JoinPath(a, file)), *ReadFile(JoinPath(b, file)))
+        << file;
+  }
+}
+
+TEST(WriteBundle, ReplacesTheOldOneAndLeavesNothingElse) {
+  const std::string directory = WriteToy();
+  const BundleContent content = testing::ToyContent(Toy(), /*gain=*/0.5);
+
+  EXPECT_THAT(WriteBundle(content, directory), IsOk());
+
+  const auto bundle = ReadBundle(directory);
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(SerializeSafetensors(bundle->weights),
+            SerializeSafetensors(content.weights));
+  EXPECT_THAT(*ListDirectory(TestPath("")), ElementsAre("toy"));
+}
+
+TEST(WriteBundle, RefusesContentThatReadBundleWould) {
+  const std::string directory = WriteToy();
+  const std::string before = *ReadFile(JoinPath(directory, kManifestFile));
+  BundleContent content = testing::ToyContent(Toy());
+  content.manifest.mutable_joints(0)->set_name("tail");
+
+  EXPECT_THAT(WriteBundle(content, directory),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("tail")));
+
+  EXPECT_EQ(*ReadFile(JoinPath(directory, kManifestFile)), before);
+  EXPECT_THAT(*ListDirectory(TestPath("")), ElementsAre("toy"));
+}
+
+TEST(WriteBundle, KeepsTheOldOneWhenTheDiskIsFull) {
+  const std::string directory = WriteToy();
+  const std::string before = *ReadFile(JoinPath(directory, kManifestFile));
+  const BundleContent content = testing::ToyContent(Toy(), /*gain=*/0.5);
+  // No file may grow beyond 8 KiB: the nearest to a full disk without a mount.
+  const sighandler_t handler = signal(SIGXFSZ, SIG_IGN);
+  rlimit limit;
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit small = {8192, limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+
+  const absl::Status status = WriteBundle(content, directory);
+
+  setrlimit(RLIMIT_FSIZE, &limit);
+  signal(SIGXFSZ, handler);
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(*ReadFile(JoinPath(directory, kManifestFile)), before);
+  EXPECT_THAT(ReadBundle(directory), IsOk());
+  EXPECT_THAT(*ListDirectory(TestPath("")), ElementsAre("toy"));
+}
+
+int64_t SizeOf(const std::string& directory) {
+  int64_t size = 0;
+  for (const std::string& file : FilesOf(directory)) {
+    size += *FileSize(JoinPath(directory, file));
+  }
+  return size;
+}
+
+TEST(WriteBundle, OurCharactersAreSmallAndStandAlone) {
+  for (const std::string name : {"humanoid", "g1"}) {
+    const BundleContent content =
+        testing::CharacterContent(name, WithDefaults(v1::Recipe()));
+    const std::string directory = TestPath(name);
+
+    ASSERT_THAT(WriteBundle(content, directory), IsOk());
+
+    EXPECT_LT(SizeOf(directory), 8 << 20) << name;
+    for (const std::string& file : FilesOf(directory)) {
+      EXPECT_FALSE(absl::EndsWithIgnoreCase(file, ".stl")) << file;
+    }
+    ::testing::Test::RecordProperty(name + "_bytes",
+                                    static_cast<int>(SizeOf(directory)));
+  }
+}
+
+}  // namespace
+}  // namespace sinew::bundle
