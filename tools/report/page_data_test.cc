@@ -60,5 +60,19 @@ TEST(PageData, HasCommandsThatAShellTakes) {
             "'it'\\''s' --run runs/again --iterations 10");
 }
 
+TEST(PageData, AsksForTheTeacherOfAStudent) {
+  RunRecord run;
+  run.directory = "runs/student";
+  EXPECT_EQ(MakePageData(run, {})["reproduce"][0],
+            "./sinew train --recipe runs/student/config.textproto --motions "
+            "LIBRARY --run runs/again");
+
+  run.config = "distillation {}";
+
+  EXPECT_EQ(MakePageData(run, {})["reproduce"][0],
+            "./sinew train --recipe runs/student/config.textproto --motions "
+            "LIBRARY --run runs/again --teacher BUNDLE");
+}
+
 }  // namespace
 }  // namespace sinew::report
