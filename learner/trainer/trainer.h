@@ -127,6 +127,11 @@ class Trainer {
     std::vector<std::string> snapshots;  // bytes
     std::vector<StateChunk> chunks = {};
   };
+  // A state's environments in the next episode of each that is within one,
+  // without its body: so no random number is drawn twice.
+  static std::vector<v1::EnvironmentState> NextEpisodes(
+      const v1::TrainingState& counters);
+
   State Save() const;
   // Into a fresh trainer of the same options. FAILED_PRECONDITION or
   // INVALID_ARGUMENT naming what differs (recipe, assets, environments, a

@@ -154,17 +154,21 @@ absl::Status Trainer::RestoreLearning(const State& state) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<int> Trainer::Migrate(const State& state) {
-  const v1::TrainingState& counters = state.counters;
-  SINEW_RETURN_IF_ERROR(CheckRecipe(options_, counters));
+std::vector<v1::EnvironmentState> Trainer::NextEpisodes(
+    const v1::TrainingState& counters) {
   std::vector<v1::EnvironmentState> environments;
   for (const v1::EnvironmentState& old : counters.environments()) {
-    // The next episode, so that no random number is drawn twice.
     environments.emplace_back().set_episode(old.episode() +
                                             (old.physics().empty() ? 0 : 1));
   }
+  return environments;
+}
+
+absl::StatusOr<int> Trainer::Migrate(const State& state) {
+  const v1::TrainingState& counters = state.counters;
+  SINEW_RETURN_IF_ERROR(CheckRecipe(options_, counters));
   SINEW_RETURN_IF_ERROR(
-      planner_.Restore(environments, counters.next_order_id()));
+      planner_.Restore(NextEpisodes(counters), counters.next_order_id()));
   SINEW_RETURN_IF_ERROR(RestoreLearning(state));
   annealer_.Migrate();
   plateau_.Migrate();

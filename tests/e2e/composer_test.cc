@@ -22,10 +22,6 @@ TrainingRig::Arguments Composed(const TrainingRig::Arguments& more) {
   return arguments;
 }
 
-std::string FingerprintOf(const TrainingRig& rig, const std::string& run) {
-  return Fingerprint(LatestState(JoinPath(rig.Path(run), "checkpoints")));
-}
-
 TEST(ComposerTest, GoesOnWithoutTheBundlesThatItBeganWith) {
   const TrainingRig rig;
   rig.MustRun("one", rig.Train("one", 2));
@@ -40,7 +36,7 @@ TEST(ComposerTest, GoesOnWithoutTheBundlesThatItBeganWith) {
   ASSERT_THAT(RemoveRecursively(two), sinew::testing::IsOk());
   rig.MustRun("rest", rig.Train("halves", 4, Composed({})));
 
-  EXPECT_EQ(FingerprintOf(rig, "halves"), FingerprintOf(rig, "straight"));
+  EXPECT_EQ(rig.FingerprintOf("halves"), rig.FingerprintOf("straight"));
   const std::string bundle = JoinPath(rig.Path("halves"), "bundle");
   rig.MustRun("verify", {"verify", bundle, "--skip-onnx"});
   EXPECT_THAT(rig.Output("verify"), HasSubstr("composer_weights"));

@@ -3,23 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include "common/files.h"
-#include "common/testing/matchers.h"
 #include "learner/trainer/trainer.h"
+#include "sim/world/testing/toy_world.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
 namespace {
 
-using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-constexpr int kFailed = 1;
-constexpr int kMisused = 2;
 
 // Three iterations of a run, and its compact state.
 class ContinueTest : public ::testing::Test {
@@ -37,27 +31,24 @@ class ContinueTest : public ::testing::Test {
     all.insert(all.end(), more.begin(), more.end());
     return rig_.Train(run, iterations, all);
   }
-  learner::Trainer::State StateOf(const std::string& run) const {
-    return LatestState(JoinPath(rig_.Path(run), "checkpoints"));
-  }
 
   const TrainingRig rig_;
 };
 
 TEST_F(ContinueTest, GoesOnWithWhatWasLearnedInAnotherFolder) {
-  const v1::TrainingState before = StateOf("run").counters;
+  const v1::TrainingState before = rig_.StateOf("run").counters;
 
   rig_.MustRun("second", Continue("moved", 5));
   rig_.MustRun("again", Continue("again", 5));
 
-  const learner::Trainer::State moved = StateOf("moved");
+  const learner::Trainer::State moved = rig_.StateOf("moved");
   EXPECT_EQ(moved.counters.iteration(), 5);
   EXPECT_EQ(moved.counters.samples(), before.samples() + 2 * 64);
   EXPECT_GT(before.policy_optimiser_step(), 0);
   EXPECT_GT(moved.counters.policy_optimiser_step(),
             before.policy_optimiser_step());
   EXPECT_EQ(rig_.Rows("moved"), 2);
-  EXPECT_EQ(Fingerprint(moved), Fingerprint(StateOf("again")));
+  EXPECT_EQ(Fingerprint(moved), rig_.FingerprintOf("again"));
 
   // From then on it is a run like any other.
   rig_.MustRun("third", Continue("moved", 6));
@@ -78,19 +69,14 @@ TEST_F(ContinueTest, RefusesAnotherRecipeAndOtherWeights) {
 }
 
 TEST_F(ContinueTest, TakesAnotherLibraryOnlyIfAskedTo) {
-  const std::string file = rig_.ToyFile("library/manifest.json");
-  const auto text = ReadFile(file);
-  ASSERT_THAT(text, IsOk());
-  auto manifest = nlohmann::json::parse(*text);
-  manifest["clips"][2]["left_out"] = true;
-  ASSERT_THAT(WriteFileAtomically(file, manifest.dump()), IsOk());
+  world::testing::LeaveOutOnDisk(2, rig_.ToyFile("library"));
 
   EXPECT_EQ(rig_.Run("refused", Continue("moved", 5)).code, kFailed);
   EXPECT_THAT(rig_.Output("refused"), AllOf(HasSubstr("motion library"),
                                             HasSubstr("--migrate-library")));
   rig_.MustRun("migrated", Continue("moved", 5, {"--migrate-library"}));
 
-  EXPECT_EQ(StateOf("moved").counters.iteration(), 5);
+  EXPECT_EQ(rig_.StateOf("moved").counters.iteration(), 5);
 }
 
 }  // namespace

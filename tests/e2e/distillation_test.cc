@@ -21,8 +21,6 @@ using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr int kMisused = 2;
-
 // Of a run with a teacher; without a bottleneck.
 TrainingRig::Arguments Taught(const std::string& teacher,
                               const TrainingRig::Arguments& more = {}) {
@@ -57,10 +55,6 @@ std::string MakeTeacher(const TrainingRig& rig,
   return JoinPath(rig.Path(name), "bundle");
 }
 
-std::string FingerprintOf(const TrainingRig& rig, const std::string& run) {
-  return Fingerprint(LatestState(JoinPath(rig.Path(run), "checkpoints")));
-}
-
 // Lets a run go on until it has so many rows, and kills it then.
 void KillAfter(const TrainingRig& rig, const TrainingRig::Arguments& arguments,
                const std::string& run, int rows) {
@@ -85,7 +79,7 @@ TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
   if (rig.Rows("killed") > 6) {
     rig.MustRun("further", rig.Train("straight", rig.Rows("killed"), begun));
   }
-  EXPECT_EQ(FingerprintOf(rig, "killed"), FingerprintOf(rig, "straight"));
+  EXPECT_EQ(rig.FingerprintOf("killed"), rig.FingerprintOf("straight"));
 }
 
 // `sinew teacher` of a bundle, and where it listens.
@@ -108,7 +102,7 @@ TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
   rig.MustRun("here", rig.Train("here", 3, Taught(teacher, Latent())));
   rig.MustRun("there", rig.Train("there", 3, Taught(served.address, Latent())));
 
-  EXPECT_EQ(FingerprintOf(rig, "there"), FingerprintOf(rig, "here"));
+  EXPECT_EQ(rig.FingerprintOf("there"), rig.FingerprintOf("here"));
 }
 
 TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {
@@ -124,7 +118,7 @@ TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {
   const auto end = train->Wait(absl::Minutes(2));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
-  EXPECT_EQ(FingerprintOf(rig, "run"), FingerprintOf(rig, "straight"));
+  EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
 }
 
 TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {

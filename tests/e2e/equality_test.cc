@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "common/files.h"
 #include "common/testing/matchers.h"
 #include "tests/testing/training_rig.h"
 
@@ -23,16 +22,11 @@ using ::testing::Not;
 
 constexpr int kIterations = 6;
 
-std::string Fingerprint(const TrainingRig& rig, const std::string& run) {
-  return tests::Fingerprint(
-      LatestState(JoinPath(rig.Path(run), "checkpoints")));
-}
-
 // One process and one actor, straight through.
 std::string Expected(const TrainingRig& rig) {
   rig.MustRun("straight", rig.Train("straight", kIterations));
   EXPECT_EQ(rig.Rows("straight"), kIterations);
-  return Fingerprint(rig, "straight");
+  return rig.FingerprintOf("straight");
 }
 
 TEST(EqualityTest, ARunThatStoppedAndWentOnEqualsOneThatDidNot) {
@@ -42,7 +36,7 @@ TEST(EqualityTest, ARunThatStoppedAndWentOnEqualsOneThatDidNot) {
   rig.MustRun("first", rig.Train("halves", kIterations / 2));
   rig.MustRun("second", rig.Train("halves", kIterations));
 
-  EXPECT_EQ(Fingerprint(rig, "halves"), expected);
+  EXPECT_EQ(rig.FingerprintOf("halves"), expected);
   EXPECT_EQ(rig.Rows("halves"), kIterations);
 }
 
@@ -59,14 +53,13 @@ TEST(EqualityTest, AKilledRunThatWentOnEqualsOneThatWasNotKilled) {
     (void)process->Wait(absl::Milliseconds(random() % 50));
     process->Signal(SIGKILL);
     (void)process->Wait(absl::Minutes(1));
-    if (LatestState(JoinPath(rig.Path("killed"), "checkpoints"))
-            .counters.iteration() >= kIterations) {
+    if (rig.StateOf("killed").counters.iteration() >= kIterations) {
       GTEST_SKIP() << "the machine was so fast that the run was past its end";
     }
   }
   rig.MustRun("resumed", rig.Train("killed", kIterations));
 
-  EXPECT_EQ(Fingerprint(rig, "killed"), expected);
+  EXPECT_EQ(rig.FingerprintOf("killed"), expected);
   EXPECT_EQ(rig.Rows("killed"), kIterations);
 }
 
@@ -77,7 +70,7 @@ TEST(EqualityTest, ThreeActorsEqualOne) {
   rig.MustRun("three", rig.Train("three", kIterations,
                                  {"--actors", "3", "--threads", "3"}));
 
-  EXPECT_EQ(Fingerprint(rig, "three"), expected);
+  EXPECT_EQ(rig.FingerprintOf("three"), expected);
 }
 
 TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
@@ -107,7 +100,7 @@ TEST(EqualityTest, FiveProcessesOverTcpEqualOneProcess) {
 
   ASSERT_TRUE(status.ok() && status->ok())
       << rig.Output("learner") << rig.Output("actor1");
-  EXPECT_EQ(tests::Fingerprint(LatestState(rig.Path("store"))), expected);
+  EXPECT_EQ(Fingerprint(LatestState(rig.Path("store"))), expected);
   // An actor goes when the learner does; one that was so slow to start that it
   // never met the learner says so.
   int served = 0;

@@ -73,11 +73,6 @@ std::vector<std::string> LongStages() {
   return set;
 }
 
-learner::Trainer::State StateOf(const TrainingRig& rig, const std::string& run,
-                                const std::string& stage) {
-  return LatestState(JoinPath(JoinPath(rig.Path(run), stage), "checkpoints"));
-}
-
 // Of what a procedure leaves: the state of each stage, and the weights that it
 // came to.
 std::vector<std::string> Fingerprints(
@@ -85,7 +80,7 @@ std::vector<std::string> Fingerprints(
     const std::vector<std::string>& stages = kStages) {
   std::vector<std::string> all;
   for (const std::string& stage : stages) {
-    all.push_back(Fingerprint(StateOf(rig, run, stage)));
+    all.push_back(rig.FingerprintOf(JoinPath(run, stage)));
   }
   const auto bundle = bundle::ReadBundle(JoinPath(rig.Path(run), "bundle"));
   EXPECT_THAT(bundle, IsOk());
@@ -97,7 +92,7 @@ std::vector<std::string> Fingerprints(
 std::set<int> ClipsDrawn(const TrainingRig& rig, const std::string& run,
                          const std::string& stage) {
   std::set<int> drawn;
-  const learner::Trainer::State state = StateOf(rig, run, stage);
+  const learner::Trainer::State state = rig.StateOf(JoinPath(run, stage));
   for (const auto& bin : state.counters.curriculum().bins()) {
     if (bin.probability() > 0) drawn.insert(bin.clip());
   }

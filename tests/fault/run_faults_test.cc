@@ -8,13 +8,13 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "common/files.h"
 #include "common/policy/safetensors.h"
 #include "deploy/bundle/bundle.h"
+#include "sim/world/testing/toy_world.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
@@ -23,9 +23,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-constexpr int kFailed = 1;
-constexpr int kMisused = 2;
 
 TEST(RunFaultsTest, NoActorOutlivesItsParent) {
   const TrainingRig rig;
@@ -51,7 +48,7 @@ TEST(RunFaultsTest, ASignalSavesExportsAndEnds) {
   const auto end = train->Wait(absl::Minutes(1));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
-  const auto state = LatestState(JoinPath(rig.Path("run"), "checkpoints"));
+  const auto state = rig.StateOf("run");
   EXPECT_EQ(state.counters.iteration(), rig.Rows("run"));
   for (const char* name : {"bundle", "bundle_best"}) {
     const auto bundle = bundle::ReadBundle(JoinPath(rig.Path("run"), name));
@@ -85,25 +82,13 @@ TEST(RunFaultsTest, AnotherRecipeOnAResumedRunIsRefused) {
                     HasSubstr("2 -> 3")));
 }
 
-// Leaves the toy's last clip out of training, which makes another library of
-// unchanged clips.
-void ChangeLibrary(const TrainingRig& rig) {
-  const std::string file = rig.ToyFile("library/manifest.json");
-  const auto text = ReadFile(file);
-  ASSERT_TRUE(text.ok()) << text.status();
-  auto manifest = nlohmann::json::parse(*text);
-  ASSERT_EQ(manifest["clips"].size(), 3u);
-  manifest["clips"][2]["left_out"] = true;
-  ASSERT_TRUE(WriteFileAtomically(file, manifest.dump()).ok());
-}
-
 TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
   const TrainingRig rig;
   rig.MustRun("run", rig.Train("run", 3));
-  const auto before = LatestState(rig.Path("run/checkpoints"));
+  const auto before = rig.StateOf("run");
   const auto inputs = ReadFile(rig.Path("run/inputs/inputs.textproto"));
   ASSERT_TRUE(inputs.ok()) << inputs.status();
-  ChangeLibrary(rig);
+  world::testing::LeaveOutOnDisk(2, rig.ToyFile("library"));
 
   EXPECT_EQ(rig.Run("second", rig.Train("run", 5)).code, kFailed);
   EXPECT_THAT(rig.Output("second"),
@@ -117,7 +102,7 @@ TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
 
   rig.MustRun("third", rig.Train("run", 5, {"--migrate-library"}));
 
-  const auto after = LatestState(rig.Path("run/checkpoints"));
+  const auto after = rig.StateOf("run");
   EXPECT_EQ(after.counters.iteration(), 5);
   EXPECT_EQ(rig.Rows("run"), 5);
   EXPECT_GT(after.counters.samples(), before.counters.samples());
@@ -168,8 +153,7 @@ TEST(RunFaultsTest, DamagedFallenStatesOfAResumedRunAreMadeAnew) {
   rig.MustRun("third", rig.Train("run", 4, recovery));
 
   EXPECT_THAT(*ReadFile(rig.Path("run/log.jsonl")), HasSubstr(mark));
-  EXPECT_EQ(Fingerprint(LatestState(rig.Path("run/checkpoints"))),
-            Fingerprint(LatestState(rig.Path("straight/checkpoints"))));
+  EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
 }
 
 TEST(RunFaultsTest, APortInUseIsNamed) {
@@ -195,9 +179,7 @@ TEST(RunFaultsTest, AnActorThatIsKilledIsReplaced) {
   const auto end = train->Wait(absl::Minutes(2));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
-  EXPECT_EQ(
-      Fingerprint(LatestState(JoinPath(rig.Path("run"), "checkpoints"))),
-      Fingerprint(LatestState(JoinPath(rig.Path("straight"), "checkpoints"))));
+  EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
 }
 
 TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
@@ -219,8 +201,7 @@ TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
   EXPECT_THAT(rig.Output("run"), HasSubstr("cannot save the training state"));
-  EXPECT_EQ(LatestState(rig.Path("run") + "/checkpoints").counters.iteration(),
-            rig.Rows("run"));
+  EXPECT_EQ(rig.StateOf("run").counters.iteration(), rig.Rows("run"));
 }
 
 TEST(RunFaultsTest, ANewRunBeginsWithTheWeightsOfABundle) {

@@ -128,6 +128,14 @@ std::string TrainingRig::AwaitAddress(Subprocess& process,
   return rest.substr(0, rest.find_first_of(" \n"));
 }
 
+learner::Trainer::State TrainingRig::StateOf(const std::string& run) const {
+  return LatestState(JoinPath(Path(run), "checkpoints"));
+}
+
+std::string TrainingRig::FingerprintOf(const std::string& run) const {
+  return Fingerprint(StateOf(run));
+}
+
 int TrainingRig::Rows(const std::string& run) const {
   const auto text = ReadFile(JoinPath(Path(run), "metrics.jsonl"));
   return text.ok()

@@ -15,6 +15,10 @@
 
 namespace sinew::tests {
 
+// Exit codes of the program (tools/sinew/command.h).
+inline constexpr int kFailed = 1;
+inline constexpr int kMisused = 2;
+
 // The `sinew` program on a toy body, library and recipe that train within a
 // second, in fresh folders.
 //
@@ -48,6 +52,10 @@ class TrainingRig {
   std::string Output(const std::string& name) const;
   // Where a role says that it listens.
   std::string AwaitAddress(Subprocess& process, const std::string& name) const;
+
+  // The latest state in a run's folder, and its fingerprint.
+  learner::Trainer::State StateOf(const std::string& run) const;
+  std::string FingerprintOf(const std::string& run) const;
 
   // Rows of a run's metrics.jsonl.
   int Rows(const std::string& run) const;

@@ -148,6 +148,8 @@ Json Reproduce(const RunRecord& run, const PageContext& context) {
     absl::StrAppendFormat(&train, " --iterations %.0f",
                           NumberAt(run.rows.back(), {"iteration"}));
   }
+  // Of a teacher the run knows the digest alone.
+  if (RecipeOf(run).has_distillation()) train += " --teacher BUNDLE";
   commands.push_back(train);
   commands.push_back(absl::StrFormat(
       "./sinew eval --bundle runs/again/%s --motions %s --out "

@@ -15,19 +15,6 @@
 namespace sinew::sampling {
 namespace {
 
-// Appends the features of a state to rows.
-void Append(const world::ObservationBuilder& features,
-            const world::BodyState& state, std::vector<float>& rows) {
-  const auto width = static_cast<size_t>(features.width());
-  rows.resize(rows.size() + width);
-  features.Build({.body = &state,
-                  .reference = {},
-                  .reference_contact = {},
-                  .previous_target = {},
-                  .self_contact = {}},
-                 absl::MakeSpan(rows).last(width));
-}
-
 // Transitions of a clip.
 int64_t NumTransitions(const v1::ClipInfo& clip) {
   if (clip.left_out()) return 0;
@@ -80,7 +67,7 @@ std::vector<float> StatesOf(const Sampler& sampler, const Tracked& tracked,
         tracked.qvel.begin() + static_cast<ptrdiff_t>(frame) * model->nv,
         model->nv, data->qvel);
     sampler.law().reader().Read(data, state);
-    Append(sampler.features(), *state, rows);
+    sampler.AppendFeatures(*state, rows);
   }
   return rows;
 }
@@ -132,7 +119,7 @@ absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
     for (int64_t i = 0; transitions > 0 && i <= transitions; ++i) {
       frame.Load(clip, i);
       law.reader().Read(frame.view(), &state);
-      Append(sampler.features(), state, rows);
+      sampler.AppendFeatures(state, rows);
     }
     set.AddMotion(rows);
   }

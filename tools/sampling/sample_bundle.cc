@@ -103,10 +103,10 @@ class Sampling {
 
  private:
   absl::Status Load() {
-    SINEW_ASSIGN_OR_RETURN(bundle::Bundle bundle,
+    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                            bundle::ReadBundle(options_.bundle));
     SINEW_ASSIGN_OR_RETURN(sampler_, Sampler::Create(bundle));
-    bundle_ = std::make_unique<const bundle::Bundle>(std::move(bundle));
+    manifest_sha256_ = bundle.manifest.manifest_sha256();
     if (options_.motions.empty()) return absl::OkStatus();
     SINEW_ASSIGN_OR_RETURN(library_, motion::Library::Load(options_.motions));
     SINEW_RETURN_IF_ERROR(library_->Verify());
@@ -195,7 +195,7 @@ class Sampling {
   SamplingSource Source() const {
     const mjModel* model = law().character().model();
     return {.bundle = options_.bundle,
-            .manifest_sha256 = bundle_->manifest.manifest_sha256(),
+            .manifest_sha256 = manifest_sha256_,
             .character = law().character().name(),
             .motions = options_.motions,
             .library_sha256 = library_ == nullptr ? "" : library_->digest(),
@@ -237,7 +237,7 @@ class Sampling {
 
   const SamplingOptions& options_;
   const StopToken stop_;
-  std::unique_ptr<const bundle::Bundle> bundle_;
+  std::string manifest_sha256_;  // of the bundle
   std::unique_ptr<const Sampler> sampler_;
   std::unique_ptr<const motion::Library> library_;  // may be null
   std::optional<LibraryTransitions> transitions_;

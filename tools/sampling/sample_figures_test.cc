@@ -4,33 +4,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <vector>
 
 #include "common/stop.h"
-#include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_latent.h"
 #include "sim/metrics/transitions.h"
 #include "sim/world/body_state.h"
-#include "sim/world/testing/toy_world.h"
 #include "tools/sampling/library_transitions.h"
 #include "tools/sampling/sample_starts.h"
 #include "tools/sampling/sampler.h"
+#include "tools/sampling/testing/toy_sampler.h"
 
 namespace sinew::sampling {
 namespace {
 
-using ::sinew::testing::IsOk;
 using ::testing::SizeIs;
 
-struct Toy {
-  world::testing::ToyWorld world =
-      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-  bundle::Bundle bundle =
-      bundle::ReadBundle(bundle::testing::WriteToyLatent(world)).value();
-  std::unique_ptr<const Sampler> sampler = Sampler::Create(bundle).value();
-
+struct Toy : testing::ToySampler {
   SampleFigures Measure(const std::vector<SampleStart>& starts,
                         const std::vector<SampleMotion>& motions,
                         const LibraryTransitions* library = nullptr,
@@ -63,14 +52,7 @@ SampleMotion Playback(const Toy& toy, int clip, int frames) {
   SampleMotion motion;
   for (int i = 0; i < frames; ++i) {
     sampler.law().reader().Read(toy.world.library->frame(clip, i), &state);
-    std::vector<float> row(static_cast<size_t>(sampler.num_features()));
-    sampler.features().Build({.body = &state,
-                              .reference = {},
-                              .reference_contact = {},
-                              .previous_target = {},
-                              .self_contact = {}},
-                             absl::MakeSpan(row));
-    motion.states.insert(motion.states.end(), row.begin(), row.end());
+    sampler.AppendFeatures(state, motion.states);
     motion.upright_height.push_back(0.44);
     motion.path.root.insert(motion.path.root.end(), {0, 0});
     motion.path.points.insert(motion.path.points.end(), {0, 0, 0});

@@ -67,6 +67,17 @@ absl::StatusOr<policy::Ports> FindSamplePorts(const bundle::Bundle& bundle) {
   return ports;
 }
 
+// The features of a transition's states: SELF_JOINT_SPACE.
+absl::StatusOr<world::ObservationBuilder> StateFeatures(
+    const character::Character& character) {
+  v1::Observation recipe;
+  recipe.add_blocks(v1::Observation::BLOCK_SELF_JOINT_SPACE);
+  return world::ObservationBuilder::Create(
+      recipe, static_cast<int>(character.tracked().size()),
+      static_cast<int>(character.joints().size()),
+      static_cast<int>(character.foot_bodies().size()));
+}
+
 }  // namespace
 
 // Up to kGroupSize samples in step, on one thread.
@@ -184,19 +195,10 @@ class Sampler::Group {
   void Record(size_t i, SampleMotion& motion) {
     FreeBody& body = *bodies_[i];
     const world::BodyState& state = body.state();
-    const auto width = static_cast<size_t>(sampler_.num_features());
-    motion.states.resize(motion.states.size() + width);
-    const absl::Span<float> features =
-        absl::MakeSpan(motion.states).last(width);
-    sampler_.features_.Build({.body = &state,
-                              .reference = {},
-                              .reference_contact = {},
-                              .previous_target = {},
-                              .self_contact = {}},
-                             features);
+    sampler_.AppendFeatures(state, motion.states);
     // The block ends with the bodies' positions relative to the root.
-    const absl::Span<const float> points =
-        features.last(3 * (state.position.size() - 1));
+    const auto points = absl::MakeConstSpan(motion.states)
+                            .last(3 * (state.position.size() - 1));
     motion.path.points.insert(motion.path.points.end(), points.begin(),
                               points.end());
     for (int axis = 0; axis < 2; ++axis) {
@@ -220,16 +222,6 @@ class Sampler::Group {
   std::vector<metrics::FootSkateMeter> skate_;
   std::vector<metrics::MotionEnergyMeter> energy_;
 };
-
-absl::StatusOr<world::ObservationBuilder> StateFeatures(
-    const character::Character& character) {
-  v1::Observation recipe;
-  recipe.add_blocks(v1::Observation::BLOCK_SELF_JOINT_SPACE);
-  return world::ObservationBuilder::Create(
-      recipe, static_cast<int>(character.tracked().size()),
-      static_cast<int>(character.joints().size()),
-      static_cast<int>(character.foot_bodies().size()));
-}
 
 absl::StatusOr<std::unique_ptr<const Sampler>> Sampler::Create(
     const bundle::Bundle& bundle) {
@@ -255,6 +247,18 @@ Sampler::Sampler(std::shared_ptr<const BodyLaw> law, policy::Ports ports,
       pack_(std::move(pack)),
       latent_width_(latent_width),
       features_(std::move(features)) {}
+
+void Sampler::AppendFeatures(const world::BodyState& state,
+                             std::vector<float>& rows) const {
+  const auto width = static_cast<size_t>(num_features());
+  rows.resize(rows.size() + width);
+  features_.Build({.body = &state,
+                   .reference = {},
+                   .reference_contact = {},
+                   .previous_target = {},
+                   .self_contact = {}},
+                  absl::MakeSpan(rows).last(width));
+}
 
 absl::StatusOr<std::vector<SampleMotion>> Sampler::Run(
     const SampleOrder& order, const StopToken& stop) const {

@@ -15,6 +15,7 @@
 #include "sim/metrics/diversity.h"
 #include "sim/metrics/foot_skate.h"
 #include "sim/metrics/motion_energy.h"
+#include "sim/world/body_state.h"
 #include "sim/world/observation.h"
 #include "tools/sampling/free_body.h"
 #include "tools/sampling/sample_starts.h"
@@ -78,9 +79,10 @@ class Sampler {
   const BodyLaw& law() const { return *law_; }
   std::shared_ptr<const BodyLaw> shared_law() const { return law_; }
   int latent_width() const { return latent_width_; }
-  // F, and the features of a state.
-  int num_features() const { return features_.width(); }
-  const world::ObservationBuilder& features() const { return features_; }
+  int num_features() const { return features_.width(); }  // F
+  // Appends the F features of a state.
+  void AppendFeatures(const world::BodyState& state,
+                      std::vector<float>& rows) const;
 
  private:
   class Group;
@@ -94,10 +96,6 @@ class Sampler {
   const int latent_width_;
   const world::ObservationBuilder features_;
 };
-
-// The features of a transition's states for a character: SELF_JOINT_SPACE.
-absl::StatusOr<world::ObservationBuilder> StateFeatures(
-    const character::Character& character);
 
 }  // namespace sinew::sampling
 

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +13,8 @@
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
 #include "proto/sinew/v1/graph.pb.h"
-#include "sim/world/testing/toy_world.h"
 #include "tools/sampling/sample_starts.h"
+#include "tools/sampling/testing/toy_sampler.h"
 
 namespace sinew::sampling {
 namespace {
@@ -28,13 +27,7 @@ using ::testing::SizeIs;
 
 const size_t kLatent = bundle::testing::LatentWidths().latent;
 
-struct Toy {
-  world::testing::ToyWorld world =
-      world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-  bundle::Bundle bundle =
-      bundle::ReadBundle(bundle::testing::WriteToyLatent(world)).value();
-  std::unique_ptr<const Sampler> sampler = Sampler::Create(bundle).value();
-
+struct Toy : testing::ToySampler {
   std::vector<SampleStart> Starts(int count) const {
     return MakeStarts(sampler->law(), world.library.get(),
                       {.kind = StartKind::Kind::kClip}, count, /*seed=*/1,

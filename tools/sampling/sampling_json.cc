@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tools/sampling/sample_starts.h"
 
 namespace sinew::sampling {
 namespace {

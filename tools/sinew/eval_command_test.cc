@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/status/status.h"
@@ -40,10 +39,7 @@ TEST(EvalCommand, EvaluatesABundleAndTabulatesWhatItFound) {
   const std::string out = JoinPath(toy.folder, "eval.json");
   ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
               IsOk());
-  const std::string manifest = JoinPath(toy.library_folder, "manifest.json");
-  auto library = nlohmann::json::parse(*ReadFile(manifest));
-  library["clips"][2]["left_out"] = true;
-  ASSERT_THAT(WriteFileAtomically(manifest, library.dump()), IsOk());
+  world::testing::LeaveOutOnDisk(2, toy.library_folder);
   // Of the three clips, and of a fourth that is not among them.
   ASSERT_THAT(
       WriteFileAtomically(

@@ -88,12 +88,9 @@ Trainer::State Compact(const Trainer::State& state) {
   // What is forgotten was inserted and learnt from all the same: weights that
   // are annealed, and draws, go on from there.
   if (counters.has_memory()) counters.mutable_memory()->clear_chunks();
-  counters.clear_environments();
-  for (const v1::EnvironmentState& old : state.counters.environments()) {
-    // The next episode, so that no random number is drawn twice.
-    counters.add_environments()->set_episode(old.episode() +
-                                             (old.physics().empty() ? 0 : 1));
-  }
+  const std::vector<v1::EnvironmentState> next =
+      Trainer::NextEpisodes(state.counters);
+  counters.mutable_environments()->Assign(next.begin(), next.end());
   return compact;
 }
 

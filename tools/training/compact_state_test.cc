@@ -14,9 +14,12 @@
 #include "common/rpc/credentials.h"
 #include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
+#include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
+#include "learner/state/state_files.h"
 #include "learner/state/state_store.h"
 #include "learner/state/testing/make_state.h"
+#include "proto/sinew/v1/checkpoint.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "proto/sinew/v1/run.pb.h"
 
@@ -132,6 +135,28 @@ TEST_F(CompactStateTest, SaysWhatTheRunLearnsFrom) {
   ASSERT_EQ(compact->sources->size(), 1u);
   EXPECT_EQ((*compact->sources)[0].bundle().role(), "teacher");
   EXPECT_EQ((*compact->sources)[0].bundle().manifest_sha256(), "expert");
+}
+
+TEST_F(CompactStateTest, SaysNothingOfSourcesWhereNoneWereWritten) {
+  const std::string assets = list_.SerializeAsString();
+  checkpoint::ArtifactFiles files =
+      learner::StateToFiles(Compact(State(assets)));
+  files["assets.pb"] = std::make_shared<const std::string>(assets);
+  v1::Artifact record;
+  record.set_kind("state");
+  record.set_id("state-00000012");
+  {
+    const auto store = checkpoint::OpenStore(
+        to_, checkpoint::StoreAccess::kWrite, rpc::Security(), clock_);
+    ASSERT_THAT(store, IsOk());
+    ASSERT_THAT(PutFiles(**store, record, files), IsOk());
+  }
+
+  const auto compact = ReadCompactState(to_, clock_);
+
+  ASSERT_THAT(compact, IsOk());
+  EXPECT_EQ(compact->state.counters.iteration(), 12);
+  EXPECT_FALSE(compact->sources.has_value());
 }
 
 TEST_F(CompactStateTest, ReplacesNothing) {

@@ -43,11 +43,8 @@ absl::Status CheckCharacter(const v1::BundleManifest& manifest,
     return Unfit("joints", absl::StrJoin(setup.joints, ", "),
                  absl::StrJoin(joints, ", "));
   }
-  if (manifest.character_sha256() != setup.character_sha256) {
-    return Unfit("character_sha256", setup.character_sha256,
-                 manifest.character_sha256());
-  }
-  return absl::OkStatus();
+  return SameValue("character_sha256", setup.character_sha256,
+                   manifest.character_sha256());
 }
 
 absl::Status CheckObservation(const bundle::Bundle& bundle,
@@ -56,11 +53,8 @@ absl::Status CheckObservation(const bundle::Bundle& bundle,
   SINEW_RETURN_IF_ERROR(
       SameMessage("observation", recipe.task().observation(),
                   bundle::TaskRecipe(bundle.manifest).task().observation()));
-  if (bundle.manifest.observation_width() != setup.observation_width) {
-    return Unfit("observation_width", absl::StrCat(setup.observation_width),
-                 absl::StrCat(bundle.manifest.observation_width()));
-  }
-  return absl::OkStatus();
+  return SameValue<int64_t>("observation_width", setup.observation_width,
+                            bundle.manifest.observation_width());
 }
 
 // Whether the bundle's policy means the same by what it sees and does.
@@ -71,11 +65,8 @@ absl::Status CheckTask(const bundle::Bundle& bundle, const v1::Recipe& recipe,
   SINEW_RETURN_IF_ERROR(
       SameMessage("action", recipe.task().action(),
                   bundle::TaskRecipe(bundle.manifest).task().action()));
-  if (bundle.manifest.control_hz() != recipe.physics().control_hz()) {
-    return Unfit("control_hz", absl::StrCat(recipe.physics().control_hz()),
-                 absl::StrCat(bundle.manifest.control_hz()));
-  }
-  return absl::OkStatus();
+  return SameValue("control_hz", recipe.physics().control_hz(),
+                   bundle.manifest.control_hz());
 }
 
 std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {

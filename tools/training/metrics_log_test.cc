@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,16 +10,21 @@
 #include "absl/strings/str_split.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
 #include "proto/sinew/v1/training_state.pb.h"
 
 namespace sinew::tools {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::TestPath;
 using ::testing::ElementsAre;
+using Json = nlohmann::json;
 
-std::string NewFile(const std::string& name) {
-  return JoinPath(getenv("TEST_TMPDIR"), name);
+// Where there is no log yet.
+std::string NewLog() {
+  EXPECT_THAT(MakeDirectories(TestPath("run")), IsOk());
+  return TestPath("run/metrics.jsonl");
 }
 
 void WriteRows(MetricsLog& log, int first, int last) {
@@ -31,19 +35,40 @@ void WriteRows(MetricsLog& log, int first, int last) {
   }
 }
 
-std::vector<int> Iterations(const std::string& path) {
-  std::vector<int> iterations;
+std::vector<Json> Rows(const std::string& path) {
+  std::vector<Json> rows;
   const auto text = ReadFile(path);
   EXPECT_THAT(text, IsOk());
   for (const std::string& line : std::vector<std::string>(
            absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
-    iterations.push_back(nlohmann::json::parse(line).at("iteration"));
+    rows.push_back(Json::parse(line));
   }
+  return rows;
+}
+
+std::vector<int> Iterations(const std::string& path) {
+  std::vector<int> iterations;
+  for (const Json& row : Rows(path)) iterations.push_back(row.at("iteration"));
   return iterations;
 }
 
+// The rows of such reports; null where one is missing.
+std::vector<Json> RowsOf(const std::vector<learner::IterationReport>& reports,
+                         const RunFigures& figures = RunFigures()) {
+  const std::string path = NewLog();
+  const auto log = MetricsLog::Open(path, 0);
+  EXPECT_THAT(log, IsOk());
+  for (const learner::IterationReport& report : reports) {
+    EXPECT_THAT((*log)->Write(report, figures), IsOk());
+  }
+  std::vector<Json> rows = Rows(path);
+  EXPECT_EQ(rows.size(), reports.size());
+  rows.resize(reports.size());
+  return rows;
+}
+
 TEST(MetricsLogTest, RemovesRowsPastTheIterationThatIsGoneOnFrom) {
-  const std::string path = NewFile("past.jsonl");
+  const std::string path = NewLog();
   auto log = MetricsLog::Open(path, 0);
   ASSERT_THAT(log, IsOk());
   WriteRows(**log, 1, 4);
@@ -56,7 +81,7 @@ TEST(MetricsLogTest, RemovesRowsPastTheIterationThatIsGoneOnFrom) {
 }
 
 TEST(MetricsLogTest, RemovesAnUnfinishedRow) {
-  const std::string path = NewFile("unfinished.jsonl");
+  const std::string path = NewLog();
   auto log = MetricsLog::Open(path, 0);
   ASSERT_THAT(log, IsOk());
   WriteRows(**log, 1, 2);
@@ -68,11 +93,7 @@ TEST(MetricsLogTest, RemovesAnUnfinishedRow) {
 }
 
 TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
-  const std::string path = NewFile("seconds.jsonl");
-  auto log = MetricsLog::Open(path, 0);
-  ASSERT_THAT(log, IsOk());
   learner::IterationReport report;
-  report.iteration = 1;
   report.learn_seconds = 0.25;
   report.rollout_seconds.set_simulate(1.5);
   report.evaluation = EvaluationSummary();
@@ -82,11 +103,8 @@ TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
   figures.cores = 2;
   figures.iteration_wall = 1.25;
 
-  ASSERT_THAT((*log)->Write(report, figures), IsOk());
+  const Json row = RowsOf({report}, figures)[0];
 
-  const auto text = ReadFile(path);
-  ASSERT_THAT(text, IsOk());
-  const auto row = nlohmann::json::parse(*text);
   EXPECT_EQ(row["cores"], 2);
   EXPECT_EQ(row["seconds"]["iteration"], 1.25);
   EXPECT_EQ(row["seconds"]["learn"], 0.25);
@@ -96,82 +114,47 @@ TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
 }
 
 TEST(MetricsLogTest, SaysWhereEpisodesStart) {
-  const std::string path = NewFile("curriculum.jsonl");
-  auto log = MetricsLog::Open(path, 0);
-  ASSERT_THAT(log, IsOk());
-  learner::IterationReport report;
-  report.iteration = 1;
-  report.curriculum.bins = 7;
-  report.curriculum.entropy_share = 0.5;
-  report.curriculum.hard_clips = 2;
-  report.evaluation = EvaluationSummary();
-  report.evaluation->training.clips = 4;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
-  report.evaluation->left_out.clips = 3;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  learner::IterationReport all;
+  all.curriculum.bins = 7;
+  all.curriculum.entropy_share = 0.5;
+  all.curriculum.hard_clips = 2;
+  all.evaluation = EvaluationSummary();
+  all.evaluation->training.clips = 4;
+  learner::IterationReport some = all;
+  some.evaluation->left_out.clips = 3;
 
-  const auto text = ReadFile(path);
-  ASSERT_THAT(text, IsOk());
-  const std::vector<std::string> lines =
-      absl::StrSplit(*text, '\n', absl::SkipEmpty());
-  ASSERT_EQ(lines.size(), 2u);
-  const auto first = nlohmann::json::parse(lines[0]);
-  const auto second = nlohmann::json::parse(lines[1]);
-  EXPECT_EQ(first["curriculum"]["bins"], 7);
-  EXPECT_EQ(first["curriculum"]["entropy_share"], 0.5);
-  EXPECT_EQ(first["curriculum"]["hard_clips"], 2);
-  EXPECT_FALSE(first["eval"].contains("left_out"));
-  EXPECT_EQ(second["eval"]["training"]["clips"], 4);
-  EXPECT_EQ(second["eval"]["left_out"]["clips"], 3);
-}
+  const std::vector<Json> rows = RowsOf({all, some});
 
-std::vector<nlohmann::json> Rows(const std::string& path) {
-  std::vector<nlohmann::json> rows;
-  const auto text = ReadFile(path);
-  EXPECT_THAT(text, IsOk());
-  for (const std::string& line : std::vector<std::string>(
-           absl::StrSplit(*text, '\n', absl::SkipEmpty()))) {
-    rows.push_back(nlohmann::json::parse(line));
-  }
-  return rows;
+  EXPECT_EQ(rows[0]["curriculum"]["bins"], 7);
+  EXPECT_EQ(rows[0]["curriculum"]["entropy_share"], 0.5);
+  EXPECT_EQ(rows[0]["curriculum"]["hard_clips"], 2);
+  EXPECT_FALSE(rows[0]["eval"].contains("left_out"));
+  EXPECT_EQ(rows[1]["eval"]["training"]["clips"], 4);
+  EXPECT_EQ(rows[1]["eval"]["left_out"]["clips"], 3);
 }
 
 TEST(MetricsLogTest, HasThePlateauOnlyWhereTheRecipeHasOne) {
-  const std::string path = NewFile("plateau.jsonl");
-  auto log = MetricsLog::Open(path, 0);
-  ASSERT_THAT(log, IsOk());
-  learner::IterationReport report;
-  report.iteration = 1;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
-  report.iteration = 2;
-  report.plateau = v1::PlateauState();
-  report.plateau->set_best_share(0.75);
-  report.plateau->set_stalled(2);
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  learner::IterationReport with;
+  with.plateau = v1::PlateauState();
+  with.plateau->set_best_share(0.75);
+  with.plateau->set_stalled(2);
 
-  const std::vector<nlohmann::json> rows = Rows(path);
-  ASSERT_EQ(rows.size(), 2u);
+  const std::vector<Json> rows = RowsOf({learner::IterationReport(), with});
+
   EXPECT_FALSE(rows[0].contains("plateau"));
   EXPECT_EQ(rows[1]["plateau"]["best_share"], 0.75);
   EXPECT_EQ(rows[1]["plateau"]["stalled"], 2);
 }
 
 TEST(MetricsLogTest, HasTheDistillationOnlyWhereTheRecipeHasOne) {
-  const std::string path = NewFile("distillation.jsonl");
-  auto log = MetricsLog::Open(path, 0);
-  ASSERT_THAT(log, IsOk());
-  learner::IterationReport report;
-  report.iteration = 1;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
-  report.iteration = 2;
-  report.label_seconds = 0.25;
-  report.update.distillation = learner::DistillationFigures();
-  report.update.distillation->action_error_rad = 0.125;
-  report.update.distillation->memory_rows = 4096;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  learner::IterationReport with;
+  with.label_seconds = 0.25;
+  with.update.distillation = learner::DistillationFigures();
+  with.update.distillation->action_error_rad = 0.125;
+  with.update.distillation->memory_rows = 4096;
 
-  const std::vector<nlohmann::json> rows = Rows(path);
-  ASSERT_EQ(rows.size(), 2u);
+  const std::vector<Json> rows = RowsOf({learner::IterationReport(), with});
+
   EXPECT_FALSE(rows[0].contains("distillation"));
   EXPECT_EQ(rows[1]["distillation"]["action_error_rad"], 0.125);
   EXPECT_EQ(rows[1]["distillation"]["memory_rows"], 4096);
@@ -179,22 +162,16 @@ TEST(MetricsLogTest, HasTheDistillationOnlyWhereTheRecipeHasOne) {
 }
 
 TEST(MetricsLogTest, HasTheClipsThatAreDrawnFromWhereTheyAreFewer) {
-  const std::string path = NewFile("drawn.jsonl");
-  auto log = MetricsLog::Open(path, 0);
-  ASSERT_THAT(log, IsOk());
-  learner::IterationReport report;
-  report.iteration = 1;
-  report.evaluation = EvaluationSummary();
-  report.evaluation->training.clips = 4;
-  report.drawn.clips = 4;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
-  report.iteration = 2;
-  report.drawn.clips = 3;
-  report.drawn.succeeded_starts = 7;
-  ASSERT_THAT((*log)->Write(report, RunFigures()), IsOk());
+  learner::IterationReport all;
+  all.evaluation = EvaluationSummary();
+  all.evaluation->training.clips = 4;
+  all.drawn.clips = 4;
+  learner::IterationReport fewer = all;
+  fewer.drawn.clips = 3;
+  fewer.drawn.succeeded_starts = 7;
 
-  const std::vector<nlohmann::json> rows = Rows(path);
-  ASSERT_EQ(rows.size(), 2u);
+  const std::vector<Json> rows = RowsOf({all, fewer});
+
   EXPECT_FALSE(rows[0]["eval"].contains("drawn"));
   EXPECT_EQ(rows[1]["eval"]["drawn"]["clips"], 3);
   EXPECT_EQ(rows[1]["eval"]["drawn"]["succeeded_starts"], 7);

@@ -129,6 +129,15 @@ TEST_F(ProcedureRunTest, RefusesATeacher) {
   EXPECT_THAT(steps.trained(), IsEmpty());
 }
 
+TEST_F(ProcedureRunTest, RefusesACompactState) {
+  options_.continue_from = "states/expert";
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--continue")));
+  EXPECT_THAT(steps.trained(), IsEmpty());
+}
+
 TEST_F(ProcedureRunTest, RefusesARecordThatDoesNotFollow) {
   MadeUpSteps steps(3);
   ASSERT_THAT(Run(steps), IsOk());

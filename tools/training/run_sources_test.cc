@@ -37,6 +37,11 @@ struct Fixture {
     teacher->source.mutable_bundle()->set_manifest_sha256(sha256);
     return teacher;
   }
+  // Of a new run that begins with the bundle and learns from "expert".
+  absl::StatusOr<std::vector<v1::RunInputs::Source>> Begin() const {
+    return RunSources(run, /*resumed=*/false, /*moved=*/std::nullopt,
+                      {.init = bundle, .primitives = {}}, Teacher("expert"));
+  }
   absl::Status Save(const std::vector<v1::RunInputs::Source>& sources) const {
     return bundle::SaveRunInputs(run,
                                  JoinPath(toy.folder, "character.textproto"),
@@ -51,9 +56,7 @@ struct Fixture {
 TEST(RunSources, AreTheBundlesThatARunBeginsWithThenItsTeacher) {
   const Fixture f;
 
-  const auto sources =
-      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
-                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
+  const auto sources = f.Begin();
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
@@ -69,9 +72,7 @@ TEST(RunSources, AreTheBundlesThatARunBeginsWithThenItsTeacher) {
 
 TEST(RunSources, StayAsTheyWereWhenARunIsResumed) {
   const Fixture f;
-  const auto begun =
-      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
-                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
+  const auto begun = f.Begin();
   ASSERT_THAT(begun, IsOk());
   ASSERT_THAT(f.Save(*begun), IsOk());
 
@@ -96,9 +97,7 @@ TEST(RunSources, RefuseAnotherTeacherThanBefore) {
 
 TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
   const Fixture f;
-  const auto begun =
-      RunSources(f.run, /*resumed=*/false, /*moved=*/std::nullopt,
-                 {.init = f.bundle, .primitives = {}}, f.Teacher("expert"));
+  const auto begun = f.Begin();
   ASSERT_THAT(begun, IsOk());
 
   const auto sources = RunSources(f.run, /*resumed=*/true, /*moved=*/*begun, {},

@@ -20,20 +20,14 @@ namespace {
 
 constexpr char kTeacher[] = "teacher";
 
-// A step of the teacher's must last as long as the student's.
-absl::Status CheckControlRate(const v1::BundleManifest& manifest,
-                              const v1::Recipe& recipe) {
-  const double expected = recipe.physics().control_hz();
-  if (manifest.control_hz() == expected) return absl::OkStatus();
-  return Unfit("control_hz", absl::StrCat(expected),
-               absl::StrCat(manifest.control_hz()));
-}
-
 absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads,
                                      const v1::Recipe& recipe) {
   SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy expert,
                          teacher::ReadTeacher(folder));
-  SINEW_RETURN_IF_ERROR(In(folder, CheckControlRate(expert.manifest, recipe)));
+  // A step of the teacher's must last as long as the student's.
+  SINEW_RETURN_IF_ERROR(
+      In(folder, SameValue("control_hz", recipe.physics().control_hz(),
+                           expert.manifest.control_hz())));
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator,
                          teacher::LocalAnnotator::Create(expert, threads));
@@ -99,22 +93,18 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
 absl::Status CheckTeacher(const std::string& name,
                           const v1::DescribeTeacherResponse& teacher,
                           const v1::Recipe& recipe, const TaskSetup& setup) {
-  const auto width = [&](const char* field, int64_t expected, int64_t found) {
-    if (expected == found) return absl::OkStatus();
-    return Unfit(field, absl::StrCat(expected), absl::StrCat(found));
-  };
-  if (teacher.character_sha256() != setup.character_sha256) {
-    return In(name, Unfit("character_sha256", setup.character_sha256,
-                          teacher.character_sha256()));
-  }
+  SINEW_RETURN_IF_ERROR(
+      In(name, SameValue("character_sha256", setup.character_sha256,
+                         teacher.character_sha256())));
   SINEW_RETURN_IF_ERROR(
       In(name, SameMessage("observation", recipe.task().observation(),
                            teacher.observation())));
   SINEW_RETURN_IF_ERROR(
-      In(name, width("observation_width", setup.observation_width,
-                     teacher.observation_width())));
-  SINEW_RETURN_IF_ERROR(In(
-      name, width("action_width", setup.action_width, teacher.action_width())));
+      In(name, SameValue<int64_t>("observation_width", setup.observation_width,
+                                  teacher.observation_width())));
+  SINEW_RETURN_IF_ERROR(
+      In(name, SameValue<int64_t>("action_width", setup.action_width,
+                                  teacher.action_width())));
   return In(name, SameMessage("action (distillation.teacher_action)",
                               recipe.distillation().teacher_action(),
                               teacher.action()));

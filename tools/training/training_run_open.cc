@@ -278,7 +278,7 @@ absl::Status TrainingRun::Restore() {
 // library's clips is nothing to compare with.
 absl::Status TrainingRun::Migrate() {
   SINEW_ASSIGN_OR_RETURN(const int unchanged, trainer_->Migrate(*state_));
-  // Not saved yet: the newest state is still that of the old library.
+  // Not saved yet: the newest state is that of the old library, or none.
   save_is_due_ = true;
   LogInfo(moved_assets_ ? "gone on from a compact state"
                         : "gone on with another library",

@@ -3,6 +3,8 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
 
@@ -204,6 +206,15 @@ void LeaveOut(std::initializer_list<int> clips, ToyWorld& world) {
   auto library = motion::Library::FromBytes(json, *frames, "toy");
   SINEW_CHECK(library.ok()) << library.status().ToString();
   world.library = *std::move(library);
+}
+
+void LeaveOutOnDisk(int clip, const std::string& library_folder) {
+  const std::string file = JoinPath(library_folder, "manifest.json");
+  const auto text = ReadFile(file);
+  SINEW_CHECK(text.ok()) << text.status().ToString();
+  auto manifest = nlohmann::json::parse(*text);
+  manifest.at("clips").at(static_cast<size_t>(clip))["left_out"] = true;
+  SINEW_CHECK(WriteFileAtomically(file, manifest.dump()).ok());
 }
 
 }  // namespace sinew::world::testing

@@ -42,6 +42,9 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe = ToyRecipe());
 // stays as it is.
 void LeaveOut(std::initializer_list<int> clips, ToyWorld& world);
 
+// Leaves one out in the library of a folder: another library of the same clips.
+void LeaveOutOnDisk(int clip, const std::string& library_folder);
+
 }  // namespace sinew::world::testing
 
 #endif  // SINEW_SIM_WORLD_TESTING_TOY_WORLD_H_

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
@@ -188,11 +187,7 @@ class ProcedureRunTest : public ::testing::Test {
     return RunProcedure(options_, steps.Steps(), steps.token());
   }
   void LeaveOutTumble() const {
-    const std::string file = JoinPath(toy_.library_folder, "manifest.json");
-    auto manifest = nlohmann::json::parse(ReadFile(file).value_or(""));
-    manifest["clips"][2]["left_out"] = true;
-    EXPECT_THAT(WriteFileAtomically(file, manifest.dump()),
-                ::sinew::testing::IsOk());
+    world::testing::LeaveOutOnDisk(2, toy_.library_folder);
   }
   std::string File(const std::string& name) const {
     return ReadFile(JoinPath(options_.directory, name)).value_or("");
