@@ -26,7 +26,6 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
-using testing::Bytes;
 using testing::Column;
 using ::testing::Each;
 using ::testing::HasSubstr;
@@ -104,35 +103,35 @@ TEST(DistillationRollout, BaseAndScaledActionMakeTheTarget) {
   }
 }
 
-TEST(DistillationRollout, TargetsAreThoseOfARunWithoutDistillation) {
+TEST(DistillationRollout, IsARunWithoutDistillationThatTellsBases) {
   RolloutRig student(StudentRecipe());
   RolloutRig plain;
   student.UseZeroAction();
   plain.UseZeroAction();
-  v1::Order order = plain.TrainOrder(1, 6);
-  *order.mutable_states(0) = plain.StandingState();
-  v1::Order same = student.TrainOrder(1, 6);
-  *same.mutable_states(0) = student.StandingState();
 
-  const Rows rows(student.Run(same));
-  const v1::Segment segment = plain.Run(order);
+  const v1::Segment labelled = student.Run(student.StandingOrder(1, 6));
+  const v1::Segment segment = plain.Run(plain.StandingOrder(1, 6));
 
-  // The plain run explores.
+  // Bases are all that is added.
+  EXPECT_EQ(labelled.columns_size(), segment.columns_size() + 2);
+  for (const auto& column : segment.columns()) {
+    EXPECT_EQ(FindColumn(labelled, column.name())->data(), column.data())
+        << column.name();
+  }
+  const Rows rows(labelled);
   const auto action = Column<float>(segment, "action");
   const auto target = Column<double>(segment, "target");
-  for (int j = 0; j < kJoints; ++j) {
-    const double scale = j == 2 ? kOwnScale : 0.2;
-    EXPECT_NEAR(target[j], rows.base[j] + scale * action[j], 1e-12);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const double scale = i % kJoints == 2 ? kOwnScale : 0.2;
+    EXPECT_NEAR(target[i], rows.base[i] + scale * action[i], 1e-12);
   }
 }
 
 TEST(DistillationRollout, EachLawHasItsBase) {
   RolloutRig rig(StudentRecipe(kAbsolute));
   rig.UseLatentPolicy();
-  v1::Order order = rig.TrainOrder(1, 10);
-  *order.mutable_states(0) = rig.StandingState();
 
-  const v1::Segment segment = rig.Run(order);
+  const v1::Segment segment = rig.Run(rig.StandingOrder(1, 10));
 
   const Rows rows(segment);
   const auto frames = Column<int32_t>(segment, "frame");
@@ -169,11 +168,8 @@ TEST(DistillationRollout, BasesAreWhatTheWorldsVariantsMakeOfThem) {
 TEST(DistillationRollout, APolicyWithALatentExploresWithoutLogProbability) {
   RolloutRig rig(StudentRecipe(kAbsolute));
   rig.UseLatentPolicy();
-  v1::Order order = rig.TrainOrder(2, 3);
-  *order.mutable_states(0) = rig.StandingState();
-  *order.mutable_states(1) = rig.StandingState();
 
-  const v1::Segment segment = rig.Run(order);
+  const v1::Segment segment = rig.Run(rig.StandingOrder(2, 3));
 
   const Rows rows(segment);
   EXPECT_THAT(Column<float>(segment, "log_probability"), Each(0));
@@ -213,28 +209,15 @@ v1::Recipe SharedRecipe() {
 TEST(DistillationRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
   RolloutRig rig(SharedRecipe());
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
-  const v1::Order order = rig.TrainOrder(3, 40);
-  const std::string first = Bytes(rig.Run(order));
 
-  rig.Run(rig.TrainOrder(2, 7));  // other work in between
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
-
-  rig.NewWorker();
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
+  rig.ExpectSameBytes(rig.TrainOrder(3, 40), /*other=*/rig.TrainOrder(2, 7));
 }
 
 TEST(DistillationRollout, CutInTwoHalvesIsTheSameRollout) {
   RolloutRig rig(SharedRecipe());
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
-  const v1::Segment whole = rig.Run(rig.TrainOrder(3, 60));
-  v1::Order half = rig.TrainOrder(3, 30);
-  const v1::Segment first = rig.Run(half);
-  *half.mutable_states() = first.end_states();
-  rig.NewWorker();
-  const v1::Segment second = rig.Run(half);
 
-  ASSERT_GT(whole.episodes_size(), 3);
-  rig.ExpectTogether(whole, first, second);
+  EXPECT_GT(rig.RunWholeAndInHalves(3, 60).episodes_size(), 3);
 }
 
 TEST(DistillationRollout, TheTeacherActsByItsLawInItsEpisodesOnly) {
@@ -308,8 +291,7 @@ TEST(DistillationRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   RolloutRig rig(
       StudentRecipe("", "teacher_share: 1 teacher_action { scale: 0.1 }"));
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
-  v1::Order order = rig.TrainOrder(1, 4);
-  *order.mutable_states(0) = rig.StandingState();
+  v1::Order order = rig.StandingOrder(1, 4);
   const auto count = [&](int horizon) {
     order.set_horizon(horizon);
     rig.Run(order);

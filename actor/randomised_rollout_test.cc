@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <string>
 
 #include "actor/rollout.h"
 #include "actor/testing/rollout_rig.h"
@@ -14,7 +13,6 @@
 namespace sinew::actor {
 namespace {
 
-using testing::Bytes;
 using testing::RolloutRig;
 
 v1::Recipe RandomisedRecipe() {
@@ -34,28 +32,16 @@ v1::Recipe RandomisedRecipe() {
 
 TEST(RandomisedRollout, CutInTwoHalvesIsTheSameRollout) {
   RolloutRig rig(RandomisedRecipe());
-  const v1::Segment whole = rig.Run(rig.TrainOrder(3, 40));
-  v1::Order order = rig.TrainOrder(3, 20);
-  const v1::Segment first = rig.Run(order);
-  *order.mutable_states() = first.end_states();
-  rig.NewWorker();
-  const v1::Segment second = rig.Run(order);
 
-  ASSERT_GT(whole.episodes_size(), 3);
-  rig.ExpectTogether(whole, first, second);
+  EXPECT_GT(rig.RunWholeAndInHalves(3, 40).episodes_size(), 3);
 }
 
 TEST(RandomisedRollout, GivesTheSameBytesAfterOtherWorkAndInAnotherWorker) {
   RolloutRig rig(RandomisedRecipe());
-  const v1::Order order = rig.TrainOrder(3, 30);
-  const std::string first = Bytes(rig.Run(order));
-
   v1::Order other = rig.TrainOrder(2, 7);
   other.set_first_environment(50);
-  rig.Run(other);
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
-  rig.NewWorker();
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
+
+  rig.ExpectSameBytes(rig.TrainOrder(3, 30), other);
 }
 
 TEST(RandomisedRollout, GroupingOfEnvironmentsChangesNothing) {

@@ -119,8 +119,7 @@ TEST(RecoveryRollout, TakesItsAssetsFromBytes) {
 
 TEST(RecoveryRollout, RefusesStatesThatCannotBe) {
   RolloutRig rig(RecoveryRecipe());
-  v1::Order order = rig.TrainOrder(1, 4);
-  *order.mutable_states(0) = rig.StandingState();
+  v1::Order order = rig.StandingOrder(1, 4);
   const auto run = [&] {
     return rig.worker->Run(order, *rig.snapshot).status();
   };

@@ -29,8 +29,7 @@ namespace sinew::actor {
 //   boundary observations, end states. Columns: common/segment/
 //   segment_layout.h, in that order.
 // Where the recipe distils, columns base and teacher_base tell what both action
-// laws add to actions; a policy whose action is Gaussian acts with its mean,
-// for exploration is the latent's; and in its share of the episodes
+// laws add to actions, and in its share of the episodes
 // (common/segment/teacher_episode.h) the snapshot's graph "teacher" acts, with
 // its mean, by its own law.
 // A diverged simulation (sim/world/actuation.h) is no error: its step is marked

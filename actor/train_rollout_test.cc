@@ -47,14 +47,8 @@ TEST(TrainRollout, FillsTheColumnsOfTheLayoutWithFiniteNumbers) {
 
 TEST(TrainRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
   RolloutRig rig;
-  const v1::Order order = rig.TrainOrder(3, 40);
-  const std::string first = Bytes(rig.Run(order));
 
-  rig.Run(rig.TrainOrder(2, 7));  // other work in between
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
-
-  rig.NewWorker();
-  EXPECT_EQ(Bytes(rig.Run(order)), first);
+  rig.ExpectSameBytes(rig.TrainOrder(3, 40), /*other=*/rig.TrainOrder(2, 7));
 }
 
 // Fills every array of numbers that MuJoCo's data has with nonsense.
@@ -86,16 +80,8 @@ TEST(TrainRollout, GivesTheSameBytesAfterItsDataWasScribbledOver) {
 
 TEST(TrainRollout, CutInTwoHalvesIsTheSameRollout) {
   RolloutRig rig;
-  const v1::Segment whole = rig.Run(rig.TrainOrder(3, 60));
 
-  v1::Order half = rig.TrainOrder(3, 30);
-  const v1::Segment first = rig.Run(half);
-  *half.mutable_states() = first.end_states();
-  rig.NewWorker();
-  const v1::Segment second = rig.Run(half);
-
-  ASSERT_GT(whole.episodes_size(), 3);
-  rig.ExpectTogether(whole, first, second);
+  EXPECT_GT(rig.RunWholeAndInHalves(3, 60).episodes_size(), 3);
 }
 
 TEST(TrainRollout, GroupingOfEnvironmentsChangesNothing) {
@@ -116,8 +102,7 @@ TEST(TrainRollout, GroupingOfEnvironmentsChangesNothing) {
 
 TEST(TrainRollout, RecordedTargetsReplayWithoutPolicyAndReference) {
   RolloutRig rig;
-  v1::Order order = rig.TrainOrder(1, 4);
-  *order.mutable_states(0) = rig.StandingState();
+  v1::Order order = rig.StandingOrder(1, 4);
 
   const v1::Segment segment = rig.Run(order);
 
@@ -140,8 +125,7 @@ TEST(TrainRollout, RecordedTargetsReplayWithoutPolicyAndReference) {
 
 TEST(TrainRollout, TheBoundaryIsWhatTheNextOrderSeesFirst) {
   RolloutRig rig;
-  v1::Order order = rig.TrainOrder(1, 4);
-  *order.mutable_states(0) = rig.StandingState();
+  v1::Order order = rig.StandingOrder(1, 4);
   const v1::Segment first = rig.Run(order);
   v1::Order next = rig.TrainOrder(1, 1);
   *next.mutable_states() = first.end_states();
@@ -245,8 +229,7 @@ TEST(TrainRollout, ADivergedSimulationIsQuarantined) {
 
 TEST(TrainRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   RolloutRig rig;
-  v1::Order order = rig.TrainOrder(1, 4);
-  *order.mutable_states(0) = rig.StandingState();
+  v1::Order order = rig.StandingOrder(1, 4);
   const auto count = [&](int horizon) {
     order.set_horizon(horizon);
     rig.Run(order);

@@ -14,6 +14,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/check.h"
+#include "common/mutex.h"
 
 namespace sinew {
 namespace {
@@ -87,6 +88,14 @@ void SignalStop::Watch() {
       continue;
     }
     if (events % kEnd > 0) source_.request_stop();
+  }
+}
+
+void AwaitStop(const StopToken& stop) {
+  Mutex mu;
+  CondVar never_notified;
+  MutexLock lock(mu);
+  while (never_notified.Wait(mu, stop)) {
   }
 }
 

@@ -47,6 +47,10 @@ class SignalStop {
   std::thread watcher_;
 };
 
+// Blocks until stop is requested: what a program does that serves on others'
+// threads.
+void AwaitStop(const StopToken& stop);
+
 // Asks the kernel to send `signal` to this process when the thread that
 // started it ends, and returns false if the parent is no longer `parent` (it
 // died before it could be watched): the caller then exits. Survives exec. May

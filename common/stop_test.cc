@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "absl/status/status.h"
-#include "common/mutex.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -18,15 +17,6 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 
-// Returns once stop is requested.
-void Await(const StopToken& stop) {
-  Mutex mu;
-  CondVar never_notified;
-  MutexLock lock(mu);
-  while (never_notified.Wait(mu, stop)) {
-  }
-}
-
 TEST(SignalStop, RequestsStopAtTheFirstSignal) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const auto stop = SignalStop::Install();
@@ -34,7 +24,7 @@ TEST(SignalStop, RequestsStopAtTheFirstSignal) {
     EXPECT_FALSE((*stop)->token().stop_requested());
 
     kill(getpid(), signal);
-    Await((*stop)->token());
+    AwaitStop((*stop)->token());
 
     EXPECT_TRUE((*stop)->token().stop_requested());
   }
@@ -83,6 +73,15 @@ TEST(SignalStop, EndsWithoutAnySignal) {
   }
 
   EXPECT_FALSE(token.stop_requested());
+}
+
+TEST(AwaitStop, ReturnsAtOnceWhenStopWasRequestedBefore) {
+  StopSource stop;
+  stop.request_stop();
+
+  AwaitStop(stop.get_token());
+
+  EXPECT_TRUE(stop.stop_requested());
 }
 
 TEST(DieWithParent, RefusesWhenTheParentIsAnother) {

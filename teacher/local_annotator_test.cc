@@ -101,12 +101,40 @@ TEST(LocalAnnotator, SpreadsByThePolicysStandardDeviation) {
                                      ::testing::DoubleEq(0.1 * 0.125)));
 }
 
+// The posterior's mean of the encoder alone, seen by the decoder alone.
 TEST(LocalAnnotator, TakesAStudentWithALatentAtItsMean) {
-  const auto annotator = Create(MakeToyStudent());
+  const TeacherPolicy policy = MakeToyStudent();
+  const auto annotator = Create(policy);
   const ToyRows rows = MakeToyRows(4);
+  const auto make = [&](const char* graph) {
+    return policy::Executor::Create(
+               policy::PackWeights(policy.graph, graph, policy.weights).value(),
+               1)
+        .value();
+  };
+  const auto encoder = make("encoder"), decoder = make("decoder");
+  const auto seen = encoder->input(encoder->input_index("observation"));
+  const auto own = decoder->input(decoder->input_index("self_observation"));
+  const auto latent = decoder->input(decoder->input_index("latent"));
+  const auto mean = encoder->tap(encoder->tap_index("mean"));
+  const auto action = decoder->tap(decoder->tap_index("action"));
 
   const std::vector<double> targets = Annotate(*annotator, rows.rows());
 
+  for (int64_t r = 0; r < 4; ++r) {
+    const Rows row = Row(rows, r);
+    std::copy(row.observations.begin(), row.observations.end(), seen.begin());
+    encoder->Run(1);
+    std::copy_n(row.observations.begin(), own.size(), own.begin());
+    std::copy(mean.begin(), mean.end(), latent.begin());
+    decoder->Run(1);
+    const absl::Span<const double> target =
+        absl::MakeConstSpan(targets).subspan(r * 3, 3);
+    // Joint b is not limited.
+    EXPECT_NEAR(target[1],
+                row.bases[1] + 0.5 * std::clamp<double>(action[1], -8, 8), 1e-5)
+        << r;
+  }
   EXPECT_EQ(targets, Annotate(*annotator, rows.rows()));
   EXPECT_NE(targets, rows.bases);
   EXPECT_THAT(annotator->spread(), ::testing::Each(0.0));
@@ -181,12 +209,13 @@ TEST(LocalAnnotator, NamesNumbersThatAreNotFinite) {
 // Products of finite numbers overflow in float32.
 TEST(LocalAnnotator, SaysSoWhenThePolicysAnswerIsNotFinite) {
   TeacherPolicy policy = MakeToyStudent();
-  for (float& w : policy.weights["posterior_mean/weight"].mutable_float32()) {
-    w = 3e38F;
-  }
+  const auto fill = [&](const char* name, float value) {
+    for (float& w : policy.weights.at(name).mutable_float32()) w = value;
+  };
+  fill("decoder/linear_0/bias", 3e38F);
+  fill("decoder/action/weight", 1);  // sums 24 of these
   const auto annotator = Create(policy);
-  ToyRows rows = MakeToyRows(1);
-  rows.observations[0] = 10;
+  const ToyRows rows = MakeToyRows(1);
   std::vector<double> targets(3);
 
   EXPECT_THAT(annotator->Annotate(rows.rows(), absl::MakeSpan(targets)),
@@ -203,7 +232,10 @@ TEST(LocalAnnotator, RefusesPoliciesThatDoNotFitTheirManifest) {
 
   policy = MakeToyTeacher();
   policy.weights["policy/std"].mutable_float32()[0] = kNan;
-  EXPECT_FALSE(LocalAnnotator::Create(policy, 1).ok());
+  EXPECT_THAT(LocalAnnotator::Create(policy, 1),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("weights of the teacher: tensor "
+                                 "\"policy/std\": element 0")));
 
   EXPECT_THAT(LocalAnnotator::Create(MakeToyTeacher(), 0),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -7,7 +7,6 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/character/character.h"
-#include "sim/motion/library.h"
 #include "sim/world/action.h"
 
 namespace sinew::teacher {
@@ -76,7 +75,7 @@ TEST(TargetLaw, GivesTheNumbersOfTheWorldsLaw) {
       const std::vector<float> units = {unit, -unit, unit / 3};
       std::vector<double> want(3), found(3);
 
-      expected.Target(base, motion::FrameView(), units, absl::MakeSpan(want));
+      expected.Target(base, /*next=*/nullptr, units, absl::MakeSpan(want));
       law->Target(base, units, absl::MakeSpan(found));
 
       EXPECT_EQ(found, want) << unit;

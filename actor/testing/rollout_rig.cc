@@ -148,6 +148,14 @@ v1::EnvironmentState RolloutRig::StandingState() const {
   return state;
 }
 
+v1::Order RolloutRig::StandingOrder(int environments, int horizon) const {
+  v1::Order order = TrainOrder(environments, horizon);
+  for (v1::EnvironmentState& state : *order.mutable_states()) {
+    state = StandingState();
+  }
+  return order;
+}
+
 v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
   v1::Order order = TrainOrder(0, 0);
   order.set_kind(v1::Order::KIND_EVALUATE);
@@ -162,6 +170,27 @@ v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
 
 v1::Segment RolloutRig::Run(const v1::Order& order) {
   return worker->Run(order, *snapshot).value();
+}
+
+void RolloutRig::ExpectSameBytes(const v1::Order& order,
+                                 const v1::Order& other) {
+  const std::string first = Bytes(Run(order));
+
+  Run(other);
+  EXPECT_EQ(Bytes(Run(order)), first);
+
+  NewWorker();
+  EXPECT_EQ(Bytes(Run(order)), first);
+}
+
+v1::Segment RolloutRig::RunWholeAndInHalves(int environments, int horizon) {
+  const v1::Segment whole = Run(TrainOrder(environments, horizon));
+  v1::Order half = TrainOrder(environments, horizon / 2);
+  const v1::Segment first = Run(half);
+  *half.mutable_states() = first.end_states();
+  NewWorker();
+  ExpectTogether(whole, first, Run(half));
+  return whole;
 }
 
 void RolloutRig::ExpectTogether(const v1::Segment& whole,

@@ -36,6 +36,8 @@ struct RolloutRig {
   // An environment at the start of the clip in which the toy just stands: its
   // episode lasts 19 steps.
   v1::EnvironmentState StandingState() const;
+  // A TrainOrder whose environments are all in that state.
+  v1::Order StandingOrder(int environments, int horizon) const;
   v1::Order EvaluationOrder(const std::vector<Start>& starts) const;
 
   void UseZeroAction();
@@ -46,6 +48,12 @@ struct RolloutRig {
   void SetParameter(const std::string& name, float value);
   void NewWorker();
   v1::Segment Run(const v1::Order& order);
+  // Expects the same bytes of an order whenever it is run: at first, after
+  // `other` and in a new worker.
+  void ExpectSameBytes(const v1::Order& order, const v1::Order& other);
+  // Runs a TrainOrder, and in two halves, the second in a new worker; expects
+  // ExpectTogether of them and gives the whole.
+  v1::Segment RunWholeAndInHalves(int environments, int horizon);
   // Expects that two segments, one after the other, are `whole`: its steps, its
   // episodes, its end.
   void ExpectTogether(const v1::Segment& whole, const v1::Segment& first,

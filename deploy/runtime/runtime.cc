@@ -249,12 +249,8 @@ absl::Status Runtime::Act(const Pose& state, absl::Span<double> target) {
   Observe(state);
   executor_->Run(1);
   SINEW_RETURN_IF_ERROR(CheckFinite("action", action()));
-  const absl::Span<double> new_target = absl::MakeSpan(new_target_);
-  if (is_out_of_sight_) {
-    law_.TargetOutOfSight(body_.joint_position, action(), new_target);
-  } else {
-    law_.Target(body_.joint_position, feed_->next(), action(), new_target);
-  }
+  law_.Target(body_.joint_position, is_out_of_sight_ ? nullptr : &feed_->next(),
+              action(), absl::MakeSpan(new_target_));
   TakeTarget(target);
   return absl::OkStatus();
 }

@@ -154,8 +154,8 @@ absl::Status Runtime::Sample(const Pose& state, absl::Span<const double> noise,
 absl::Status Runtime::ActBlindly(absl::Span<const float> action,
                                  absl::Span<double> target) {
   SINEW_RETURN_IF_ERROR(CheckFinite("action", action));
-  law_.TargetOutOfSight(body_.joint_position, action,
-                        absl::MakeSpan(new_target_));
+  law_.Target(body_.joint_position, /*next=*/nullptr, action,
+              absl::MakeSpan(new_target_));
   TakeTarget(target);
   return absl::OkStatus();
 }

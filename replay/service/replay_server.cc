@@ -3,7 +3,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/build_info.h"
 #include "common/logging.h"
-#include "common/mutex.h"
 #include "common/status_macros.h"
 
 namespace sinew::replay {
@@ -59,10 +58,7 @@ absl::Status RunReplay(const ReplayServer::Options& options,
   LogInfo("serving replay", {{"address", server->address()},
                              {"limit_bytes", options.limit_bytes},
                              {"metrics", server->metrics_address()}});
-  Mutex mu;
-  CondVar never_notified;
-  MutexLock lock(mu);
-  while (!stop.stop_requested()) never_notified.Wait(mu, stop);
+  AwaitStop(stop);
   LogInfo("replay ends");
   server->Shutdown(kFarewell);
   return absl::OkStatus();

@@ -40,12 +40,24 @@ TEST(MotionEnergy, MeasuresSpeedOverTheFloorAndAcceleration) {
 }
 
 TEST(MotionEnergy, AddsUpOverMotions) {
-  MotionEnergy all = {.frames = 1, .differences = 1, .root_speed = 1};
+  MotionEnergy all = {.frames = 1,
+                      .differences = 1,
+                      .second_differences = 2,
+                      .root_speed = 1,
+                      .joint_speed_square = 16,
+                      .acceleration = 4};
 
-  all.Add({.frames = 3, .differences = 3, .root_speed = 7});
+  all.Add({.frames = 3,
+           .differences = 3,
+           .second_differences = 6,
+           .root_speed = 7,
+           .joint_speed_square = 20,
+           .acceleration = 12});
 
   EXPECT_EQ(all.frames, 4);
   EXPECT_DOUBLE_EQ(all.root_speed_m_per_s(), 2);
+  EXPECT_DOUBLE_EQ(all.joint_speed_rad_per_s(), 3);  // sqrt(36 / 4)
+  EXPECT_DOUBLE_EQ(all.acceleration_m_per_s2(), 2);  // 16 / 8
 }
 
 }  // namespace

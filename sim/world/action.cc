@@ -74,28 +74,19 @@ std::vector<double> ActionLaw::Scales() const {
 }
 
 void ActionLaw::Target(absl::Span<const double> joint_position,
-                       const motion::FrameView& next,
+                       const motion::FrameView* next,
                        absl::Span<const float> action,
                        absl::Span<double> target) const {
   SINEW_DCHECK(action.size() == joints_.size());
   for (size_t j = 0; j < joints_.size(); ++j) {
     target[j] =
-        Around(joints_[j], BaseOf(j, joint_position[j], &next), action[j]);
+        Around(joints_[j], BaseOf(j, joint_position[j], next), action[j]);
   }
 }
 
 double ActionLaw::Around(const Joint& joint, double base, float action) const {
   const double unit = std::clamp(static_cast<double>(action), -clip_, clip_);
   return std::clamp(base + joint.scale * unit, joint.low, joint.high);
-}
-
-void ActionLaw::TargetOutOfSight(absl::Span<const double> joint_position,
-                                 absl::Span<const float> action,
-                                 absl::Span<double> target) const {
-  for (size_t j = 0; j < joints_.size(); ++j) {
-    target[j] =
-        Around(joints_[j], BaseOf(j, joint_position[j], nullptr), action[j]);
-  }
 }
 
 void ActionLaw::InitialTarget(absl::Span<const double> joint_position,

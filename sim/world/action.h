@@ -38,19 +38,14 @@ class ActionLaw {
             absl::Span<const character::JointInfo> joints);
 
   // Targets [J] rad of an action [J], given q [J] of the body and the reference
-  // frame of t + 1.
+  // frame of t + 1. Null where no reference is to be seen (recovery.h): a
+  // target that would be placed around it is placed around the default pose.
   void Target(absl::Span<const double> joint_position,
-              const motion::FrameView& next, absl::Span<const float> action,
+              const motion::FrameView* next, absl::Span<const float> action,
               absl::Span<double> target) const;
 
-  // The same where no reference is to be seen (recovery.h): a target that
-  // would be placed around it is placed around the default pose.
-  void TargetOutOfSight(absl::Span<const double> joint_position,
-                        absl::Span<const float> action,
-                        absl::Span<double> target) const;
-
   // Bases [J] rad, what Target adds scaled actions to before it limits the sum;
-  // `next` as there, null as in TargetOutOfSight. What is not limited has
+  // `next` as there. What is not limited has
   //   target = base + scale * action.
   void Base(absl::Span<const double> joint_position,
             const motion::FrameView* next, absl::Span<double> base) const;
@@ -75,7 +70,7 @@ class ActionLaw {
   };
   // Limits base + scale * action.
   double Around(const Joint& joint, double base, float action) const;
-  // Base of joint j, rad; `next` as in Base.
+  // Base of joint j, rad; `next` as in Target.
   double BaseOf(size_t j, double joint_position,
                 const motion::FrameView* next) const;
   // Base around a reference frame, rad.

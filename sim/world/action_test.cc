@@ -50,7 +50,7 @@ class ActionLawTest : public ::testing::Test {
                              std::array<float, 2> action) {
     std::vector<double> target(2);
     ActionLaw(recipe, Joints())
-        .Target(position_, next_, action, absl::MakeSpan(target));
+        .Target(position_, &next_, action, absl::MakeSpan(target));
     return target;
   }
 
@@ -136,11 +136,7 @@ TEST_F(ActionLawTest, TargetsAreBasesAndScaledActions) {
          {static_cast<const motion::FrameView*>(nullptr),
           static_cast<const motion::FrameView*>(&next_)}) {
       law.Base(position_, next, absl::MakeSpan(base));
-      if (next == nullptr) {
-        law.TargetOutOfSight(position_, action, absl::MakeSpan(target));
-      } else {
-        law.Target(position_, *next, action, absl::MakeSpan(target));
-      }
+      law.Target(position_, next, action, absl::MakeSpan(target));
       for (int j = 0; j < 2; ++j) {
         EXPECT_DOUBLE_EQ(target[j], base[j] + law.Scales()[j] * action[j]);
       }

@@ -26,16 +26,6 @@ void AddOffsets(const Conditions& conditions, absl::Span<double> position) {
   }
 }
 
-void PlaceTarget(const ActionLaw& law, const motion::FrameView* next,
-                 absl::Span<const double> joint_position,
-                 absl::Span<const float> action, absl::Span<double> target) {
-  if (next == nullptr) {
-    law.TargetOutOfSight(joint_position, action, target);
-  } else {
-    law.Target(joint_position, *next, action, target);
-  }
-}
-
 std::string BodyName(const mjModel* model, int body) {
   const char* name = mj_id2name(model, mjOBJ_BODY, body);
   return name == nullptr ? "" : name;
@@ -169,16 +159,16 @@ void TrackingTask::Target(const mjData* data, const Episode& episode,
                           absl::Span<const float> action,
                           absl::Span<double> target, Workspace* work,
                           const Conditions* conditions) const {
-  PlaceTarget(action_, SeeNext(data, episode, work, conditions),
-              work->joint_position, action, target);
+  const motion::FrameView* next = SeeNext(data, episode, work, conditions);
+  action_.Target(work->joint_position, next, action, target);
 }
 
 void TrackingTask::TeacherTarget(const mjData* data, const Episode& episode,
                                  absl::Span<const float> action,
                                  absl::Span<double> target, Workspace* work,
                                  const Conditions* conditions) const {
-  PlaceTarget(teacher_action_, SeeNext(data, episode, work, conditions),
-              work->joint_position, action, target);
+  const motion::FrameView* next = SeeNext(data, episode, work, conditions);
+  teacher_action_.Target(work->joint_position, next, action, target);
 }
 
 void TrackingTask::Bases(const mjData* data, const Episode& episode,

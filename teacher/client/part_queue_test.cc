@@ -34,6 +34,16 @@ PartQueue::Options MakeOptions(int64_t parts, int replicas) {
   return options;
 }
 
+// Part 0, taken by a replica and failed, `times` times in a row.
+void FailPart0(PartQueue& queue, SimulatedClock& clock, int replica, int times,
+               const absl::Status& status) {
+  for (int i = 0; i < times; ++i) {
+    ASSERT_THAT(queue.Take(replica), Optional(0)) << i;
+    queue.Failed(replica, 0, status);
+    clock.Advance(absl::Seconds(20));  // beyond every back-off
+  }
+}
+
 TEST(PartQueue, HandsOutEveryPartOnce) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(3, 2), clock);
@@ -106,9 +116,8 @@ TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(1, 2), clock);
   for (int i = 0; i < 6; ++i) {
-    ASSERT_THAT(queue.Take(i % 2), Optional(0)) << i;
-    queue.Failed(i % 2, 0, absl::DataLossError("targets: found nan"));
-    clock.Advance(absl::Seconds(20));  // beyond every back-off
+    FailPart0(queue, clock, /*replica=*/i % 2, /*times=*/1,
+              absl::DataLossError("targets: found nan"));
   }
 
   EXPECT_EQ(queue.Take(0), std::nullopt);
@@ -125,11 +134,8 @@ TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
   // b is away, a has part 0 alone.
   ASSERT_THAT(queue.Take(1), Optional(0));
   queue.Failed(1, 0, absl::UnavailableError("teacher b: away"));
-  for (int i = 0; i < 3; ++i) {
-    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
-    queue.Failed(0, 0, absl::DataLossError("teacher a: found nan"));
-    clock.Advance(absl::Seconds(20));  // beyond every back-off
-  }
+  FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+            absl::DataLossError("teacher a: found nan"));
 
   // Only b may have it any more, though it is not well either.
   EXPECT_THAT(queue.Take(0), Optional(1));
@@ -142,11 +148,8 @@ TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
 TEST(PartQueue, TakesABrokenConnectionForNoAnswer) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(1, 1), clock);
-  for (int i = 0; i < 5; ++i) {
-    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
-    queue.Failed(0, 0, absl::InternalError("teacher a: RST_STREAM"));
-    clock.Advance(absl::Seconds(20));
-  }
+  FailPart0(queue, clock, /*replica=*/0, /*times=*/5,
+            absl::InternalError("teacher a: RST_STREAM"));
 
   ASSERT_THAT(queue.Take(0), Optional(0));
   queue.Done(0);
@@ -158,11 +161,8 @@ TEST(PartQueue, EndsWithAWrongAnswerWhenTheOthersServeSomethingElse) {
   PartQueue queue(MakeOptions(1, 2), clock);
   ASSERT_THAT(queue.Take(1), Optional(0));
   queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
-  for (int i = 0; i < 3; ++i) {
-    ASSERT_THAT(queue.Take(0), Optional(0)) << i;
-    queue.Failed(0, 0, absl::DataLossError("teacher a: found nan"));
-    clock.Advance(absl::Seconds(20));
-  }
+  FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+            absl::DataLossError("teacher a: found nan"));
 
   EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInternal,
                                         HasSubstr("teacher a: found nan")));

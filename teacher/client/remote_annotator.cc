@@ -203,9 +203,10 @@ absl::StatusOr<Introduction> AwaitIntroduction(
                    ? absl::UnavailableError(result.status().message())
                    : result.status();
       });
-  if (options.stop.stop_requested())
+  if (options.stop.stop_requested()) {
     return absl::CancelledError(
         absl::StrCat("connecting to ", replica.peer(), " was stopped"));
+  }
   if (absl::IsCancelled(status)) {
     return rpc::Annotate(result.status(),
                          absl::StrCat("no answer within ",

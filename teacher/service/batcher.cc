@@ -15,6 +15,10 @@ constexpr absl::Duration kLook = absl::Milliseconds(100);
 // An idle thread is woken by calls and by the end.
 constexpr absl::Duration kIdle = absl::Hours(1);
 
+absl::Status Expired() {
+  return absl::DeadlineExceededError("the call waited too long in the queue");
+}
+
 absl::string_view Bytes(absl::Span<const double> values) {
   return {reinterpret_cast<const char*>(values.data()),
           values.size() * sizeof(double)};
@@ -75,8 +79,7 @@ void Batcher::AwaitAnswer(Pending& pending) {
     if (pending.state == State::kWaiting) {
       const Call& call = *pending.call;
       if (now >= call.deadline) {
-        Remove(pending, absl::DeadlineExceededError(
-                            "the call waited too long in the queue"));
+        Remove(pending, Expired());
         continue;
       }
       if (call.cancelled()) {
@@ -138,10 +141,7 @@ void Batcher::DropExpired() {
   for (Pending* pending : queue_) {
     if (now >= pending->call->deadline) expired.push_back(pending);
   }
-  for (Pending* pending : expired) {
-    Remove(*pending, absl::DeadlineExceededError(
-                         "the call waited too long in the queue"));
-  }
+  for (Pending* pending : expired) Remove(*pending, Expired());
   if (!expired.empty()) changed_.NotifyAll();
 }
 

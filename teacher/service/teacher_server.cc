@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/build_info.h"
 #include "common/logging.h"
-#include "common/mutex.h"
 #include "common/status_macros.h"
 
 namespace sinew::teacher {
@@ -98,10 +97,7 @@ absl::Status RunTeacher(const TeacherServer::Options& options,
            {"action_width", teacher.action_width()},
            {"threads", options.threads},
            {"metrics", server->metrics_address()}});
-  Mutex mu;
-  CondVar never_notified;
-  MutexLock lock(mu);
-  while (!stop.stop_requested()) never_notified.Wait(mu, stop);
+  AwaitStop(stop);
   LogInfo("teacher ends");
   server->Shutdown(kFarewell);
   return absl::OkStatus();

@@ -1,20 +1,21 @@
 #include "teacher/testing/toy_teacher.h"
 
-#include <initializer_list>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "common/config/recipe.h"
 #include "common/policy/builder.h"
+#include "common/policy/latent_builder.h"
+#include "common/policy/safetensors.h"
 #include "common/random/philox.h"
 
 namespace sinew::teacher::testing {
 namespace {
 
 constexpr int64_t kObservations = 21;
+constexpr int64_t kSelfObservations = 9;
 constexpr int64_t kActions = 3;
-constexpr int64_t kLatent = 2;
 
 v1::BundleManifest MakeManifest() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -39,76 +40,46 @@ v1::BundleManifest MakeManifest() {
   return manifest;
 }
 
-void AddNode(v1::Graph& graph, const std::string& name, v1::Op op,
-             std::initializer_list<const char*> inputs) {
-  v1::Node* node = graph.add_nodes();
-  node->set_name(name);
-  node->set_op(op);
-  for (const char* input : inputs) node->add_inputs(input);
+// The default network with narrow layers, and lively.
+v1::Network MakeNetwork() {
+  v1::Recipe recipe;
+  v1::Network& network = *recipe.mutable_network();
+  network.add_policy_hidden(24);
+  network.set_last_layer_gain(2);
+  v1::Latent& latent = *network.mutable_latent();
+  latent.set_width(2);
+  latent.add_encoder_hidden(24);
+  latent.add_prior_hidden(24);
+  latent.add_decoder_hidden(24);
+  return WithDefaults(std::move(recipe)).network();
 }
 
-void AddInput(v1::Graph& graph, const std::string& name, int64_t width,
-              v1::GraphInput::Kind kind) {
-  v1::GraphInput* input = graph.add_inputs();
-  input->set_name(name);
-  input->set_width(width);
-  input->set_kind(kind);
-}
-
-// A linear layer's parameters: of the last node of the graph.
-void AddLayer(TeacherPolicy& policy, int64_t out, int64_t in) {
-  v1::Graph& graph = *policy.graph.mutable_graphs(0);
-  v1::Node& node = *graph.mutable_nodes(graph.nodes_size() - 1);
-  const std::vector<std::pair<std::string, std::vector<int64_t>>> shapes = {
-      {node.name() + "/weight", {out, in}}, {node.name() + "/bias", {out}}};
-  for (const auto& [name, shape] : shapes) {
-    v1::Parameter* parameter = policy.graph.add_parameters();
-    parameter->set_name(name);
-    parameter->mutable_shape()->Add(shape.begin(), shape.end());
-    node.add_parameters(name);
-    HostTensor tensor = HostTensor::Zeros(shape);
-    FillNormal({.seed = policy.weights.size() + 1}, tensor.mutable_float32());
-    policy.weights[name] = std::move(tensor);
-  }
+TeacherPolicy MakeTeacher(v1::PolicyGraph graph, TensorMap weights) {
+  return {.graph = std::move(graph),
+          .weights = std::move(weights),
+          .manifest = MakeManifest(),
+          .joint_action_scales = {0, 0.5, 0}};
 }
 
 }  // namespace
 
 TeacherPolicy MakeToyTeacher(uint64_t seed) {
-  policy::TrackingPolicyOptions options;
-  options.observation_width = kObservations;
-  options.action_width = kActions;
-  options.network = WithDefaults(v1::Recipe()).network();
-  options.network.clear_policy_hidden();
-  options.network.add_policy_hidden(24);
-  options.network.set_last_layer_gain(2);
-  TeacherPolicy result;
-  result.graph = policy::BuildTrackingPolicy(options).value();
-  result.weights = policy::InitialWeights(options, seed).value();
-  result.manifest = MakeManifest();
-  result.joint_action_scales = {0, 0.5, 0};
-  return result;
+  const policy::TrackingPolicyOptions options = {
+      .observation_width = kObservations,
+      .action_width = kActions,
+      .network = MakeNetwork()};
+  return MakeTeacher(policy::BuildTrackingPolicy(options).value(),
+                     policy::InitialWeights(options, seed).value());
 }
 
 TeacherPolicy MakeToyStudent() {
-  TeacherPolicy result;
-  result.manifest = MakeManifest();
-  result.joint_action_scales = {0, 0.5, 0};
-  result.graph.set_format_version(1);
-  v1::Graph& graph = *result.graph.add_graphs();
-  graph.set_name("policy");
-  AddInput(graph, "observation", kObservations, v1::GraphInput::KIND_DATA);
-  AddInput(graph, "noise", kLatent, v1::GraphInput::KIND_NORMAL);
-  AddNode(graph, "posterior_mean", v1::OP_LINEAR, {"observation"});
-  AddLayer(result, kLatent, kObservations);
-  AddNode(graph, "latent", v1::OP_ADD, {"posterior_mean", "noise"});
-  AddNode(graph, "action", v1::OP_LINEAR, {"latent"});
-  AddLayer(result, kActions, kLatent);
-  v1::Tap* tap = graph.add_taps();
-  tap->set_name("action");
-  tap->set_value("action");
-  tap->set_executed(true);
-  return result;
+  const policy::LatentPolicyOptions options = {
+      .self_observation_width = kSelfObservations,
+      .observation_width = kObservations,
+      .action_width = kActions,
+      .network = MakeNetwork()};
+  return MakeTeacher(policy::BuildLatentPolicy(options).value(),
+                     policy::InitialLatentWeights(options, /*seed=*/1).value());
 }
 
 ToyRows MakeToyRows(int64_t rows, uint64_t seed) {

@@ -16,8 +16,8 @@ namespace sinew::teacher::testing {
 // "b" (not limited, an action scale of its own) and "c".
 TeacherPolicy MakeToyTeacher(uint64_t seed = 1);
 
-// The same joints under a graph as students have: observation and latent noise
-// in, an executed tap without distribution.
+// The same joints under a student with a latent of width 2, whose first 9
+// observations are the body's own (common/policy/latent_builder.h).
 TeacherPolicy MakeToyStudent();
 
 // Random rows, a function of the seed.

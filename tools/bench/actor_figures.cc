@@ -20,17 +20,11 @@
 #include "common/status_macros.h"
 #include "common/thread_seconds.h"
 #include "sim/world/tracking_task.h"
+#include "tools/bench/quantile.h"
 #include "tools/bench/raw_physics.h"
 
 namespace sinew::bench {
 namespace {
-
-// Middle value; NaN-free, not empty.
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // One value per round.
 struct Rounds {

@@ -1,7 +1,6 @@
 #include "tools/bench/teacher_figures.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -18,6 +17,7 @@
 #include "teacher/client/remote_annotator.h"
 #include "teacher/service/teacher_server.h"
 #include "teacher/teacher_policy.h"
+#include "tools/bench/quantile.h"
 
 namespace sinew::bench {
 namespace {
@@ -49,15 +49,11 @@ absl::StatusOr<teacher::TeacherPolicy> MakePolicy(
   return result;
 }
 
-double SecondsSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
-      .count();
-}
-
 // The bare executor over all rows.
 double RunExecutor(policy::Executor& executor,
                    const std::vector<float>& observations, int64_t width) {
-  const auto begin = std::chrono::steady_clock::now();
+  const SystemClock clock;
+  const double begin = clock.SteadySeconds();
   const absl::Span<float> input =
       executor.input(executor.input_index("observation"));
   const auto rows = static_cast<int64_t>(observations.size()) / width;
@@ -67,24 +63,18 @@ double RunExecutor(policy::Executor& executor,
                 count * width * sizeof(float));
     executor.Run(static_cast<int>(count));
   }
-  return SecondsSince(begin);
+  return clock.SteadySeconds() - begin;
 }
 
 absl::StatusOr<double> RunService(teacher::Annotator& annotator,
                                   absl::Span<const float> observations,
                                   absl::Span<const double> bases) {
   std::vector<double> targets(bases.size());
-  const auto begin = std::chrono::steady_clock::now();
+  const SystemClock clock;
+  const double begin = clock.SteadySeconds();
   SINEW_RETURN_IF_ERROR(annotator.Annotate(
       {.observations = observations, .bases = bases}, absl::MakeSpan(targets)));
-  return SecondsSince(begin);
-}
-
-// The value below which this share lies; `values` are not empty.
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const auto last = static_cast<double>(values.size() - 1);
-  return values[static_cast<size_t>(share * last + 0.5)];
+  return clock.SteadySeconds() - begin;
 }
 
 absl::Status MeasureThroughput(const TeacherOptions& options,
@@ -107,9 +97,9 @@ absl::Status MeasureThroughput(const TeacherOptions& options,
     ratios.push_back(executor_s / service_s);
   }
   const auto rows = static_cast<double>(options.rows);
-  figures.throughput_ratio = Quantile(ratios, 0.5);
-  figures.rows_per_s = rows / Quantile(served, 0.5);
-  figures.executor_rows_per_s = rows / Quantile(bare, 0.5);
+  figures.throughput_ratio = Median(ratios);
+  figures.rows_per_s = rows / Median(served);
+  figures.executor_rows_per_s = rows / Median(bare);
   return absl::OkStatus();
 }
 
@@ -124,7 +114,7 @@ absl::Status MeasureLatency(const TeacherOptions& options,
                            RunService(annotator, observation, base));
     ms.push_back(1e3 * seconds);
   }
-  figures.latency_p50_ms = Quantile(ms, 0.5);
+  figures.latency_p50_ms = Median(ms);
   figures.latency_p99_ms = Quantile(ms, 0.99);
   return absl::OkStatus();
 }

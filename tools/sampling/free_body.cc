@@ -125,8 +125,8 @@ void FreeBody::Observe(absl::Span<float> out) {
 bool FreeBody::Step(absl::Span<const float> action) {
   // Without a reference around which a target could be placed, in sight or
   // out of it is the same.
-  law_->action().TargetOutOfSight(state_.joint_position, action,
-                                  absl::MakeSpan(target_));
+  law_->action().Target(state_.joint_position, /*next=*/nullptr, action,
+                        absl::MakeSpan(target_));
   placed_ = false;
   if (law_->actuation().Run(previous_target_, target_, data_.get()).diverged) {
     return false;

@@ -7,6 +7,7 @@
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -15,23 +16,18 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::RunCommand;
 
 class ActorCommand : public ::testing::Test {
  protected:
-  ActorCommand() {
-    app_.require_subcommand(1);
-    AddActorCommand(app_, action_);
-  }
-
   absl::Status Run(const std::string& arguments, const StopToken& stop = {}) {
-    app_.parse(
-        absl::StrCat("actor --cache ", folder_.path(), "/cache ", arguments));
-    return action_(stop);
+    return RunCommand(
+        AddActorCommand,
+        absl::StrCat("actor --cache ", folder_.path(), "/cache ", arguments),
+        stop);
   }
 
   const rpc::SocketFolder folder_;
-  CLI::App app_;
-  Action action_;
 };
 
 TEST_F(ActorCommand, EndsInOrderWhenAskedToWhileNobodyAnswers) {

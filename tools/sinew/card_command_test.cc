@@ -8,11 +8,11 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
-#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/sinew/testing/run_command.h"
 #include "tools/zoo/zoo_entry.h"
 
 namespace sinew::tools {
@@ -21,16 +21,13 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
+using testing::RunCommand;
 
 absl::Status MakeCard(const std::string& bundle, const std::string& motions,
                       const std::string& out) {
-  CLI::App app;
-  app.require_subcommand(1);
-  Action action;
-  AddCardCommand(app, action);
-  app.parse(absl::StrCat("card --machine lab --bundle ", bundle, " --motions ",
-                         motions, " --out ", out));
-  return action(StopToken());
+  return RunCommand(AddCardCommand,
+                    absl::StrCat("card --machine lab --bundle ", bundle,
+                                 " --motions ", motions, " --out ", out));
 }
 
 TEST(CardCommand, WritesTheCardOfABundleThatIsSmallEnough) {

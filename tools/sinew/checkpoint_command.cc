@@ -11,9 +11,9 @@
 #include "common/build_info.h"
 #include "common/clock.h"
 #include "common/logging.h"
-#include "common/mutex.h"
 #include "common/rpc/credentials.h"
 #include "common/status_macros.h"
+#include "common/stop.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/folder_files.h"
 #include "deploy/checkpoint/open_store.h"
@@ -60,13 +60,7 @@ absl::Status Serve(const ServeOptions& options, const StopToken& stop) {
   LogInfo("serving checkpoints", {{"folder", options.folder},
                                   {"address", server->address()},
                                   {"metrics", server->metrics_address()}});
-  Mutex mu;
-  CondVar never;
-  {
-    MutexLock lock(mu);
-    while (never.Wait(mu, stop)) {
-    }
-  }
+  AwaitStop(stop);
   server->Shutdown(kShutdown);
   LogInfo("ended");
   return absl::OkStatus();

@@ -13,6 +13,7 @@
 #include "deploy/checkpoint/service/checkpoint_server.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -22,6 +23,7 @@ using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::RunCommand;
 
 class CheckpointCommand : public ::testing::Test {
  protected:
@@ -37,19 +39,14 @@ class CheckpointCommand : public ::testing::Test {
   }
 
   absl::Status Run(const std::string& arguments, const StopToken& stop = {}) {
-    CLI::App app;
-    app.require_subcommand(1);
-    Action action;
-    AddCheckpointCommand(app, action);
-    app.parse("checkpoint " + arguments);
-    return action(stop);
+    return RunCommand(AddCheckpointCommand, "checkpoint " + arguments, stop);
   }
 
   // The verb on the store, and what it prints.
   absl::StatusOr<std::string> Output(const std::string& arguments) {
-    ::testing::internal::CaptureStdout();
-    const absl::Status status = Run(arguments);
-    std::string output = ::testing::internal::GetCapturedStdout();
+    std::string output;
+    const absl::Status status = RunCommand(
+        AddCheckpointCommand, "checkpoint " + arguments, /*stop=*/{}, &output);
     if (!status.ok()) return status;
     return output;
   }

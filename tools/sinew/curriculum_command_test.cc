@@ -9,7 +9,6 @@
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/rpc/credentials.h"
-#include "common/stop.h"
 #include "common/temporary_folder.h"
 #include "common/testing/matchers.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -17,6 +16,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "proto/sinew/v1/training_state.pb.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -24,6 +24,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
+using testing::RunCommand;
 using Json = nlohmann::json;
 
 // A run directory as training leaves it, without the training.
@@ -97,14 +98,10 @@ class CurriculumCommand : public ::testing::Test {
 
   // What the command prints.
   absl::StatusOr<std::string> Output(const std::string& flags = "") const {
-    CLI::App app;
-    app.require_subcommand(1);
-    Action action;
-    AddCurriculumCommand(app, action);
-    app.parse(absl::StrCat("curriculum ", Run(), flags));
-    ::testing::internal::CaptureStdout();
-    const absl::Status status = action(StopToken());
-    std::string output = ::testing::internal::GetCapturedStdout();
+    std::string output;
+    const absl::Status status = RunCommand(
+        AddCurriculumCommand, absl::StrCat("curriculum ", Run(), flags),
+        /*stop=*/{}, &output);
     if (!status.ok()) return status;
     return output;
   }

@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
 #include "common/files.h"
-#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -16,6 +15,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -24,6 +24,7 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::RunCommand;
 
 // Two bundles of the toy: "good" all but follows the reference, "bad" pulls all
 // legs up by 8 units, so that the trunk falls.
@@ -49,15 +50,10 @@ class PromoteCommand : public ::testing::Test {
   }
 
   absl::Status Run(const std::string& arguments) {
-    CLI::App app;
-    app.require_subcommand(1);
-    Action action;
-    AddPromoteCommand(app, action);
-    app.parse(absl::StrCat("promote --store ", Path("store"), " ", arguments));
-    ::testing::internal::CaptureStdout();
-    const absl::Status status = action(StopToken());
-    output_ = ::testing::internal::GetCapturedStdout();
-    return status;
+    return RunCommand(
+        AddPromoteCommand,
+        absl::StrCat("promote --store ", Path("store"), " ", arguments),
+        /*stop=*/{}, &output_);
   }
 
   absl::Status Promote(const std::string& name, const std::string& more = "") {

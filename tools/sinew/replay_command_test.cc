@@ -6,10 +6,10 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/rpc/testing/socket_folder.h"
-#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -18,25 +18,16 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::RunServerBriefly;
 
 class ReplayCommand : public ::testing::Test {
  protected:
-  ReplayCommand() {
-    app_.require_subcommand(1);
-    AddReplayCommand(app_, action_);
-  }
-
-  // Ends as soon as it serves.
   absl::Status Run(const std::string& arguments) {
-    app_.parse(absl::StrCat("replay ", arguments));
-    StopSource stop;
-    stop.request_stop();
-    return action_(stop.get_token());
+    return RunServerBriefly(AddReplayCommand,
+                            absl::StrCat("replay ", arguments));
   }
 
   const rpc::SocketFolder folder_;
-  CLI::App app_;
-  Action action_;
 };
 
 TEST_F(ReplayCommand, ServesUntilItIsAskedToEnd) {

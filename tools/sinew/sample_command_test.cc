@@ -8,12 +8,12 @@
 
 #include "absl/status/status.h"
 #include "common/files.h"
-#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -23,6 +23,7 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::RunCommand;
 using Json = nlohmann::json;
 
 struct Toy {
@@ -42,16 +43,9 @@ struct Toy {
 
 absl::Status Sample(const std::string& arguments,
                     std::string* output = nullptr) {
-  CLI::App app;
-  app.require_subcommand(1);
-  Action action;
-  AddSampleCommand(app, action);
-  app.parse("sample " + arguments);
-  ::testing::internal::CaptureStdout();
-  const absl::Status status = action(StopToken());
-  const std::string printed = ::testing::internal::GetCapturedStdout();
-  if (output != nullptr) *output = printed;
-  return status;
+  std::string printed;
+  return RunCommand(AddSampleCommand, "sample " + arguments, /*stop=*/{},
+                    output != nullptr ? output : &printed);
 }
 
 TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {

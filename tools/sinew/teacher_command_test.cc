@@ -6,13 +6,13 @@
 #include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/rpc/testing/socket_folder.h"
-#include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/sinew/testing/run_command.h"
 
 namespace sinew::tools {
 namespace {
@@ -21,29 +21,23 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::RunServerBriefly;
 
 class TeacherCommand : public ::testing::Test {
  protected:
   TeacherCommand() {
-    app_.require_subcommand(1);
-    AddTeacherCommand(app_, action_);
     const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
     bundle_ = JoinPath(toy.folder, "bundle");
     EXPECT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle_),
                 IsOk());
   }
 
-  // Ends as soon as it serves.
   absl::Status Run(const std::string& arguments) {
-    app_.parse(absl::StrCat("teacher ", arguments));
-    StopSource stop;
-    stop.request_stop();
-    return action_(stop.get_token());
+    return RunServerBriefly(AddTeacherCommand,
+                            absl::StrCat("teacher ", arguments));
   }
 
   const rpc::SocketFolder folder_;
-  CLI::App app_;
-  Action action_;
   std::string bundle_;
 };
 

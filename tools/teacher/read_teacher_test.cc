@@ -10,7 +10,6 @@
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "sim/motion/library.h"
 #include "sim/world/action.h"
 #include "sim/world/testing/toy_world.h"
 #include "teacher/local_annotator.h"
@@ -58,8 +57,7 @@ TEST(ReadTeacher, AnswersWithWhatAnActorWouldExecute) {
             executor->input(executor->input_index("observation")).begin());
   executor->Run(1);
   world::ActionLaw(toy.recipe.task().action(), toy.character->joints())
-      .Target(q, motion::FrameView(),
-              executor->tap(executor->tap_index("action")),
+      .Target(q, /*next=*/nullptr, executor->tap(executor->tap_index("action")),
               absl::MakeSpan(executed));
   EXPECT_EQ(targets, executed);
 }
