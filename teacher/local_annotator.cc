@@ -42,6 +42,8 @@ v1::DescribeTeacherResponse Describe(const v1::BundleManifest& manifest,
   description.set_observation_width(manifest.observation_width());
   description.set_action_width(manifest.action_width());
   description.set_max_rows(std::numeric_limits<int32_t>::max());
+  description.set_control_hz(manifest.control_hz());
+  *description.mutable_provenance() = manifest.provenance();
   return description;
 }
 

@@ -104,14 +104,20 @@ absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run) {
 }
 
 v1::RunInputs::Source MakeSource(absl::string_view role,
-                                 const v1::BundleManifest& manifest) {
+                                 const std::string& manifest_sha256,
+                                 const v1::BundleProvenance& provenance) {
   v1::RunInputs::Source source;
   source.mutable_bundle()->set_role(std::string(role));
-  source.mutable_bundle()->set_recipe(manifest.provenance().recipe());
-  source.mutable_bundle()->set_manifest_sha256(manifest.manifest_sha256());
-  *source.mutable_clips() = manifest.provenance().clips();
-  *source.mutable_data_licences() = manifest.provenance().data_licences();
+  source.mutable_bundle()->set_recipe(provenance.recipe());
+  source.mutable_bundle()->set_manifest_sha256(manifest_sha256);
+  *source.mutable_clips() = provenance.clips();
+  *source.mutable_data_licences() = provenance.data_licences();
   return source;
+}
+
+v1::RunInputs::Source MakeSource(absl::string_view role,
+                                 const v1::BundleManifest& manifest) {
+  return MakeSource(role, manifest.manifest_sha256(), manifest.provenance());
 }
 
 absl::Status ExportRun(const std::string& run, const RunResult& result,

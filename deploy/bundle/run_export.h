@@ -41,6 +41,9 @@ absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run);
 // A bundle as a source: "primitive", "teacher" or "init", with the clips and
 // licences of its own provenance. Pure.
 v1::RunInputs::Source MakeSource(absl::string_view role,
+                                 const std::string& manifest_sha256,
+                                 const v1::BundleProvenance& provenance);
+v1::RunInputs::Source MakeSource(absl::string_view role,
                                  const v1::BundleManifest& manifest);
 
 // What a run came to.

@@ -32,7 +32,7 @@ absl::Status CheckDescription(const v1::DescribeTeacherResponse& teacher,
 
 // FAILED_PRECONDITION naming both peers, field and values: whatever their
 // answers depend on differs (bundle, build, CPU class, character, law, blocks,
-// widths).
+// widths, control rate).
 absl::Status CheckAlike(const v1::DescribeTeacherResponse& expected,
                         const std::string& expected_peer,
                         const v1::DescribeTeacherResponse& found,

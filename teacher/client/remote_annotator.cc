@@ -112,7 +112,7 @@ void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
 absl::Status RemoteAnnotator::Verify(const Replica& replica,
                                      const std::stop_token& cancel) const {
   SINEW_ASSIGN_OR_RETURN(const v1::DescribeTeacherResponse found,
-                         replica.Describe(options_.call_timeout, cancel));
+                         replica.Describe({}, options_.call_timeout, cancel));
   SINEW_RETURN_IF_ERROR(
       CheckAlike(description_, "the run's teacher", found, replica.peer()));
   if (found.max_rows() >= description_.max_rows()) return absl::OkStatus();
@@ -165,9 +165,11 @@ absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
     return std::min(options.call_timeout,
                     absl::FromChrono(deadline - clock.SteadyNow()));
   };
+  v1::DescribeTeacherRequest request;
+  request.set_with_provenance(true);
   Introduction result;
   SINEW_ASSIGN_OR_RETURN(result.description,
-                         replica.Describe(timeout(), options.stop));
+                         replica.Describe(request, timeout(), options.stop));
   SINEW_RETURN_IF_ERROR(CheckDescription(result.description, replica.peer()));
   const std::vector<float> observations =
       SampleRow(result.description.observation_width());

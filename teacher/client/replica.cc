@@ -42,12 +42,12 @@ Replica::Replica(std::string peer, std::shared_ptr<grpc::Channel> channel)
       stub_(v1::Teacher::NewStub(channel_)) {}
 
 absl::StatusOr<v1::DescribeTeacherResponse> Replica::Describe(
-    absl::Duration timeout, const std::stop_token& stop) const {
+    const v1::DescribeTeacherRequest& request, absl::Duration timeout,
+    const std::stop_token& stop) const {
   v1::DescribeTeacherResponse response;
   SINEW_RETURN_IF_ERROR(
       Call(peer_, timeout, stop, [&](grpc::ClientContext* context) {
-        return stub_->Describe(context, v1::DescribeTeacherRequest(),
-                               &response);
+        return stub_->Describe(context, request, &response);
       }));
   return response;
 }

@@ -31,7 +31,8 @@ class Replica {
   const std::string& peer() const { return peer_; }
 
   absl::StatusOr<v1::DescribeTeacherResponse> Describe(
-      absl::Duration timeout, const std::stop_token& stop) const;
+      const v1::DescribeTeacherRequest& request, absl::Duration timeout,
+      const std::stop_token& stop) const;
   absl::StatusOr<v1::AnnotateResponse> Annotate(
       const v1::AnnotateRequest& request, absl::Duration timeout,
       const std::stop_token& stop) const;

@@ -24,6 +24,7 @@
 namespace sinew::teacher {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
@@ -93,6 +94,35 @@ TEST_F(TeacherServerTest, GivesTheBytesOfATeacherInProcess) {
     EXPECT_EQ(here, there);
     EXPECT_EQ(local->spread(), (*remote)->spread());
   }
+}
+
+TEST_F(TeacherServerTest, DescribesItsBundleAsATeacherInProcessDoes) {
+  const TeacherPolicy policy = MakeToyTeacher();
+  const auto local = LocalAnnotator::Create(policy, 1).value();
+  const auto server = Start("a", policy);
+  const auto remote = ConnectAnnotator({.addresses = {server->address()}});
+  ASSERT_THAT(remote, IsOk());
+
+  const v1::DescribeTeacherResponse& found = (*remote)->description();
+
+  EXPECT_EQ(found.control_hz(), 30);
+  EXPECT_THAT(found.provenance(),
+              EqualsProto(local->description().provenance()));
+  EXPECT_EQ(found.provenance().clips_size(), 1);
+}
+
+TEST_F(TeacherServerTest, SaysWhatItWasTrainedOnOnlyWhereAsked) {
+  const auto server = Start("a", MakeToyTeacher());
+  const auto stub =
+      v1::Teacher::NewStub(*rpc::MakeChannel(server->address(), {}));
+  grpc::ClientContext context;
+  rpc::SetTimeout(context, absl::Seconds(30));
+  v1::DescribeTeacherResponse response;
+
+  ASSERT_TRUE(stub->Describe(&context, {}, &response).ok());
+
+  EXPECT_EQ(response.bundle_sha256(), std::string(64, 'a'));
+  EXPECT_FALSE(response.has_provenance());
 }
 
 TEST_F(TeacherServerTest, ConnectsToNoReplicasOfDifferentTeachers) {

@@ -65,9 +65,10 @@ TeacherService::TeacherService(const Annotator& annotator, Batcher& batcher,
       metrics_(metrics) {}
 
 grpc::Status TeacherService::Describe(grpc::ServerContext*,
-                                      const v1::DescribeTeacherRequest*,
+                                      const v1::DescribeTeacherRequest* request,
                                       v1::DescribeTeacherResponse* response) {
   *response = description_;
+  if (!request->with_provenance()) response->clear_provenance();
   return grpc::Status::OK;
 }
 

@@ -22,6 +22,9 @@ v1::BundleManifest MakeManifest() {
   v1::BundleManifest manifest;
   manifest.set_manifest_sha256(std::string(64, 'a'));
   manifest.set_character_sha256(std::string(64, 'b'));
+  manifest.set_control_hz(30);
+  manifest.mutable_provenance()->set_recipe("toy");
+  manifest.mutable_provenance()->add_clips("turn: made for tests (Apache-2.0)");
   manifest.set_observation_width(kObservations);
   manifest.set_action_width(kActions);
   manifest.mutable_action()->set_strength_scale(0.25);

@@ -12,11 +12,13 @@
 #include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -94,6 +96,17 @@ struct Served {
   std::string address;
 };
 
+// What the run's bundle says it was trained on, but for how long that took.
+v1::BundleProvenance ProvenanceOf(const TrainingRig& rig,
+                                  const std::string& run) {
+  v1::BundleProvenance provenance =
+      bundle::ReadBundle(JoinPath(rig.Path(run), "bundle"))
+          .value()
+          .manifest.provenance();
+  provenance.clear_train_seconds();
+  return provenance;
+}
+
 TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
   const TrainingRig rig;
   const std::string teacher = MakeTeacher(rig);
@@ -103,6 +116,9 @@ TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
   rig.MustRun("there", rig.Train("there", 3, Taught(served.address, Latent())));
 
   EXPECT_EQ(rig.FingerprintOf("there"), rig.FingerprintOf("here"));
+  EXPECT_THAT(ProvenanceOf(rig, "there"),
+              EqualsProto(ProvenanceOf(rig, "here")));
+  EXPECT_EQ(ProvenanceOf(rig, "there").sources_size(), 1);
 }
 
 TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {

@@ -8,7 +8,6 @@
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
-#include "proto/sinew/v1/bundle.pb.h"
 #include "teacher/client/remote_annotator.h"
 #include "teacher/local_annotator.h"
 #include "teacher/teacher_policy.h"
@@ -20,18 +19,12 @@ namespace {
 
 constexpr char kTeacher[] = "teacher";
 
-absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads,
-                                     const v1::Recipe& recipe) {
+absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads) {
   SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy expert,
                          teacher::ReadTeacher(folder));
-  // A step of the teacher's must last as long as the student's.
-  SINEW_RETURN_IF_ERROR(
-      In(folder, SameValue("control_hz", recipe.physics().control_hz(),
-                           expert.manifest.control_hz())));
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator,
                          teacher::LocalAnnotator::Create(expert, threads));
-  result.source = bundle::MakeSource(kTeacher, expert.manifest);
   result.add_graph = [graph = std::move(expert.graph),
                       weights = std::move(expert.weights)](
                          v1::PolicyGraph& all, TensorMap& all_weights) {
@@ -47,9 +40,6 @@ absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options) {
   remote.stop = options.stop;
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::ConnectAnnotator(remote));
-  v1::BundleSource& bundle = *result.source.mutable_bundle();
-  bundle.set_role(kTeacher);
-  bundle.set_manifest_sha256(result.annotator->description().bundle_sha256());
   return result;
 }
 
@@ -78,14 +68,16 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
   }
   RunTeacher result;
   if (local) {
-    SINEW_ASSIGN_OR_RETURN(
-        result, ReadLocal(options.teachers[0], options.threads, recipe));
+    SINEW_ASSIGN_OR_RETURN(result,
+                           ReadLocal(options.teachers[0], options.threads));
   } else {
     SINEW_ASSIGN_OR_RETURN(result, Connect(options));
   }
+  const v1::DescribeTeacherResponse& teacher = result.annotator->description();
   SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
-                                     result.annotator->description(), recipe,
-                                     setup));
+                                     teacher, recipe, setup));
+  result.source = bundle::MakeSource(kTeacher, teacher.bundle_sha256(),
+                                     teacher.provenance());
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;
 }
@@ -93,6 +85,10 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
 absl::Status CheckTeacher(const std::string& name,
                           const v1::DescribeTeacherResponse& teacher,
                           const v1::Recipe& recipe, const TaskSetup& setup) {
+  // A step of the teacher's must last as long as the student's.
+  SINEW_RETURN_IF_ERROR(
+      In(name, SameValue("control_hz", recipe.physics().control_hz(),
+                         teacher.control_hz())));
   SINEW_RETURN_IF_ERROR(
       In(name, SameValue("character_sha256", setup.character_sha256,
                          teacher.character_sha256())));

@@ -23,7 +23,7 @@ namespace sinew::tools {
 // Who labels what a distillation's student sees (--teacher).
 struct RunTeacher {
   std::unique_ptr<teacher::Annotator> annotator;
-  // What the run's bundles say of it. Of a teacher elsewhere the digest alone.
+  // What the run's bundles say of it.
   v1::RunInputs::Source source;
   // Adds its policy to a student's graphs, for episodes in which it acts; empty
   // where the bundle is elsewhere.
@@ -40,11 +40,9 @@ struct RunTeacherOptions {
 };
 
 // Unset where the recipe (defaults filled) has no distillation and there are no
-// teachers. Checks that the teacher is of the task's character, observes what
-// the student observes, places its targets as distillation.teacher_action
-// says, and, of a bundle's folder, that it was trained at the task's control
-// rate: what `sinew teacher` says of its bundle does not name the rate, so that
-// whoever starts one has to see to it.
+// teachers. Checks that the teacher is of the task's character and control
+// rate, observes what the student observes and places its targets as
+// distillation.teacher_action says.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

@@ -29,9 +29,11 @@ struct Fitting {
     v1::Action& action =
         *recipe.mutable_distillation()->mutable_teacher_action();
     action.set_scale(0.2);
+    recipe.mutable_physics()->set_control_hz(30);
     setup.character_sha256 = "body";
     setup.observation_width = 5;
     setup.action_width = 2;
+    teacher.set_control_hz(30);
     teacher.set_character_sha256("body");
     teacher.set_observation_width(5);
     teacher.set_action_width(2);
@@ -55,6 +57,8 @@ TEST(RunTeacher, TakesATeacherThatFits) {
 TEST(RunTeacher, NamesTheFieldThatDoesNotFitAndBothValues) {
   using Edit = std::function<void(v1::DescribeTeacherResponse&)>;
   const std::pair<Edit, std::string> cases[] = {
+      {[](auto& teacher) { teacher.set_control_hz(60); },
+       "control_hz: expected 30, found 60"},
       {[](auto& teacher) { teacher.set_character_sha256("another"); },
        "character_sha256: expected body, found another"},
       {[](auto& teacher) { teacher.set_observation_width(6); },
