@@ -9,6 +9,7 @@
 
 #include "absl/time/time.h"
 #include "common/files.h"
+#include "common/rpc/testing/socket_folder.h"
 #include "common/subprocess.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
@@ -87,9 +88,9 @@ TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
 // `sinew teacher` of a bundle, and where it listens.
 struct Served {
   Served(const TrainingRig& rig, const std::string& name,
-         const std::string& bundle)
+         const std::string& bundle, const std::string& listen = "127.0.0.1:0")
       : process(rig.Start(name, {"teacher", "--bundle", bundle, "--listen",
-                                 "127.0.0.1:0", "--threads", "1"})),
+                                 listen, "--threads", "1"})),
         address(rig.AwaitAddress(*process, name)) {}
 
   std::unique_ptr<Subprocess> process;
@@ -134,6 +135,33 @@ TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {
   const auto end = train->Wait(absl::Minutes(2));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
+}
+
+TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  const rpc::SocketFolder folder;
+  const std::string address = folder.Address("teacher");
+  {
+    const Served served(rig, "first", teacher, address);
+    const auto train = rig.Start(
+        "run",
+        rig.Train("run", 1000, Taught(address, {"--teacher-patience", "0.5"})));
+    rig.AwaitRows(*train, "run", 1);
+
+    served.process->Signal(SIGKILL);
+    const auto end = train->Wait(absl::Minutes(2));
+
+    ASSERT_TRUE(end.ok()) << rig.Output("run");
+    EXPECT_EQ(end->code, 1);
+    EXPECT_THAT(rig.Output("run"), HasSubstr("teacher " + address));
+  }
+  const Served served(rig, "second", teacher, address);
+  const int iterations = rig.Rows("run") + 2;
+  rig.MustRun("rest", rig.Train("run", iterations, Taught(address)));
+  rig.MustRun("straight", rig.Train("straight", iterations, Taught(teacher)));
+
   EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
 }
 

@@ -1,6 +1,7 @@
 #include "tools/sinew/run_flags.h"
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
 #include "common/cpu.h"
 #include "common/status_macros.h"
 #include "tools/sinew/resources.h"
@@ -30,6 +31,12 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
   command.add_option("--teacher", flags.teachers,
                      "who labels a distillation: a bundle, or addresses of "
                      "`sinew teacher`");
+  command
+      .add_option("--teacher-patience", flags.teacher_patience,
+                  "seconds to go on asking teachers elsewhere while none of "
+                  "them answers")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1e6));
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
@@ -52,6 +59,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.primitives = flags.primitives;
   options.continue_from = flags.continue_from;
   options.teachers = flags.teachers;
+  options.teacher_patience = absl::Seconds(flags.teacher_patience);
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;

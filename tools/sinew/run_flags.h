@@ -26,6 +26,7 @@ struct RunFlags {
   std::vector<std::string> primitives;
   std::string continue_from;
   std::vector<std::string> teachers;
+  double teacher_patience = 120;  // seconds
   bool migrate_library = false;
   std::vector<std::string> set;
 };

@@ -36,6 +36,7 @@ absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads) {
 absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options) {
   teacher::RemoteAnnotatorOptions remote;
   remote.addresses = options.teachers;
+  remote.patience = options.patience;
   remote.security = options.security;
   remote.stop = options.stop;
   RunTeacher result;

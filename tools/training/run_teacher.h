@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "common/policy/safetensors.h"
 #include "common/rpc/credentials.h"
 #include "common/stop.h"
@@ -34,6 +35,8 @@ struct RunTeacherOptions {
   // One bundle's folder: it answers in this process. Or addresses of
   // `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
   std::vector<std::string> teachers;
+  // How long to go on asking addresses without an answer, > 0.
+  absl::Duration patience = absl::Minutes(2);
   int threads = 1;  // in this process
   rpc::Security security = {};
   StopToken stop = {};

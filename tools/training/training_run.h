@@ -97,6 +97,8 @@ class TrainingRun {
     // Who labels, if the recipe has distillation: a bundle's folder, or
     // addresses of `sinew teacher` (run_teacher.h).
     std::vector<std::string> teachers = {};
+    // How long to go on asking teachers elsewhere without an answer, > 0.
+    absl::Duration teacher_patience = absl::Minutes(2);
     // Go on with another library than the run's, if it is another.
     bool migrate_library = false;
   };

@@ -69,6 +69,7 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
                 }));
   SINEW_ASSIGN_OR_RETURN(std::optional<RunTeacher> teacher,
                          OpenTeacher({.teachers = options.teachers,
+                                      .patience = options.teacher_patience,
                                       .threads = options.ranks,
                                       .security = options.security,
                                       .stop = stop},
