@@ -162,8 +162,8 @@ std::string TrainedOnChapter(const CardFacts& facts) {
     AddClip(clip, left_out, &trained, &others);
   }
   std::string text = absl::StrCat(
-      "## Trained on\n\n", Count(trained), " clips; ", Count(others),
-      " more of the library are left out of training. Library ",
+      "## Trained on\n\nClips: ", Count(trained), ", and ", Count(others),
+      " of the library left out of training. Library ",
       provenance.library_sha256(),
       ".\n\n| clips | | credit and licence |\n|---|---|---|\n");
   AddRows(trained, "trained on", &text);
