@@ -87,7 +87,7 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     for (const std::string& clip : source.clips()) add(clip);
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
-    // A teacher elsewhere is known by its digest alone.
+    // Of an older teacher elsewhere the digest alone is known.
     if (source.data_licences().empty()) licences.insert(kUnknown);
   }
   for (const std::string& licence : licences) {
@@ -135,6 +135,10 @@ absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs) {
   SINEW_RETURN_IF_ERROR(AddTask(inputs, content.graph, manifest));
   AddProvenance(inputs, manifest);
   return content;
+}
+
+absl::string_view ClipNameOf(absl::string_view clip) {
+  return clip.substr(0, clip.find(": "));
 }
 
 }  // namespace sinew::bundle

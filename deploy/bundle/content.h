@@ -50,6 +50,9 @@ struct ContentInputs {
 // does not fit: a snapshot that is none, its weights, a block of the recipe.
 absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs);
 
+// The clip's name in an entry of BundleProvenance.clips; part of `clip`. Pure.
+absl::string_view ClipNameOf(absl::string_view clip);
+
 }  // namespace sinew::bundle
 
 #endif  // SINEW_DEPLOY_BUNDLE_CONTENT_H_

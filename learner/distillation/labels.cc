@@ -155,18 +155,21 @@ absl::StatusOr<std::vector<double>> AskTargets(
   const SequenceShape& shape = options.shape;
   std::vector<float> observations;
   std::vector<double> bases;
+  std::vector<int32_t> clips;
   for (size_t s = 0; s < segments.size(); ++s) {
     const std::vector<int64_t> rows = ValidRows(views[s]);
     Append(views[s].observation, shape.observation, rows, observations);
     Append(ColumnOf<double>(*segments[s], column::kTeacherBase), shape.action,
            rows, bases);
+    Append(ColumnOf<int32_t>(*segments[s], column::kClip), 1, rows, clips);
   }
   // An answer that leaves numbers out is none.
   std::vector<double> targets(bases.size(),
                               std::numeric_limits<double>::quiet_NaN());
   if (targets.empty()) return targets;
   const absl::Status asked = annotator.Annotate(
-      {.observations = observations, .bases = bases}, absl::MakeSpan(targets));
+      {.observations = observations, .bases = bases, .clips = clips},
+      absl::MakeSpan(targets));
   if (!asked.ok()) {
     return absl::Status(
         asked.code(),

@@ -35,7 +35,8 @@ absl::StatusOr<SegmentView> ViewForLabels(const v1::Segment& segment,
 
 // Asks the teacher for the targets of all valid rows of these segments, in one
 // call: [rows, A] rad, segment after segment, in each one step's environments
-// after another's. Rows that are not valid are not shown to the teacher.
+// after another's. It is told the rows' clips. Rows that are not valid are not
+// shown to the teacher.
 //
 // Blocking: as the annotator's. Errors: the annotator's, with the orders;
 // INTERNAL for targets that are not finite, with teacher, order and row.

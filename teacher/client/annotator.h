@@ -1,6 +1,7 @@
 #ifndef SINEW_TEACHER_CLIENT_ANNOTATOR_H_
 #define SINEW_TEACHER_CLIENT_ANNOTATOR_H_
 
+#include <cstdint>
 #include <string>
 
 #include "absl/status/status.h"
@@ -14,6 +15,9 @@ namespace sinew::teacher {
 struct Rows {
   absl::Span<const float> observations;  // [R, O], not normalised
   absl::Span<const double> bases;        // [R, A] rad: column teacher_base
+  // [R], column clip, by the run's library; or empty. What a single teacher
+  // says does not depend on it.
+  absl::Span<const int32_t> clips = {};
 };
 
 // A teacher: from observations to the joint targets that it would ask for.
@@ -23,8 +27,9 @@ struct Rows {
 //
 // with the bundle's action law (sim/world/action.h) and its policy's mean. In
 // this process (teacher/local_annotator.h) or behind gRPC, with replicas
-// (remote_annotator.h). The answer is a function of row and bundle alone: the
-// same bytes whoever answers and whatever else is in the batch.
+// (remote_annotator.h); or several of them, by clip (teacher/clip_annotator.h).
+// The answer is a function of row and bundle alone: the same bytes whoever
+// answers and whatever else is in the batch.
 //
 // Thread-safety: any thread. Ownership: copies what it keeps. Blocking:
 // Annotate, bounded by the implementation's deadline and stop token. Errors:

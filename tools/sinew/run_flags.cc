@@ -29,7 +29,8 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                      "compact state (sinew export --state) that a new run goes "
                      "on from");
   command.add_option("--teacher", flags.teachers,
-                     "who labels a distillation: a bundle, or addresses of "
+                     "who labels a distillation: a bundle; several, each for "
+                     "the clips that it was trained on; or addresses of "
                      "`sinew teacher`");
   command
       .add_option("--teacher-patience", flags.teacher_patience,

@@ -1,6 +1,7 @@
 #include "tools/training/run_sources.h"
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
@@ -10,20 +11,26 @@ namespace {
 
 using Sources = std::vector<v1::RunInputs::Source>;
 
-absl::Status CheckSameTeacher(const Sources& before,
-                              const v1::RunInputs::Source& teacher) {
-  for (const v1::RunInputs::Source& source : before) {
+// Digests of the teachers among them, in order.
+std::string Teachers(const Sources& sources) {
+  std::vector<std::string> digests;
+  for (const v1::RunInputs::Source& source : sources) {
     if (source.bundle().role() != "teacher") continue;
-    const std::string& expected = source.bundle().manifest_sha256();
-    const std::string& found = teacher.bundle().manifest_sha256();
-    if (expected == found) return absl::OkStatus();
-    return absl::FailedPreconditionError(
-        absl::StrCat("--teacher: expected the bundle that the run was started "
-                     "with (manifest_sha256 ",
-                     expected, "), found another (", found,
-                     "); give the same, or another --run"));
+    digests.push_back(source.bundle().manifest_sha256());
   }
-  return absl::OkStatus();
+  return absl::StrJoin(digests, ", ");
+}
+
+absl::Status CheckSameTeacher(const Sources& before,
+                              const RunTeacher& teacher) {
+  const std::string expected = Teachers(before);
+  const std::string found = Teachers(teacher.sources);
+  if (expected.empty() || expected == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("--teacher: expected the bundle that the run was started "
+                   "with (manifest_sha256 ",
+                   expected, "), found another (", found,
+                   "); give the same, or another --run"));
 }
 
 // What was said so far; unset where it cannot be read.
@@ -48,12 +55,15 @@ absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
   if (resumed) {
     const std::optional<Sources> before = SourcesBefore(run, moved);
     if (before && teacher) {
-      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, teacher->source));
+      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, *teacher));
     }
     if (before) return *before;
   }
   SINEW_ASSIGN_OR_RETURN(Sources sources, InitialSources(initial));
-  if (teacher) sources.push_back(teacher->source);
+  if (teacher) {
+    sources.insert(sources.end(), teacher->sources.begin(),
+                   teacher->sources.end());
+  }
   return sources;
 }
 

@@ -33,8 +33,10 @@ struct Fixture {
 
   std::optional<RunTeacher> Teacher(const std::string& sha256) const {
     std::optional<RunTeacher> teacher(std::in_place);
-    teacher->source.mutable_bundle()->set_role("teacher");
-    teacher->source.mutable_bundle()->set_manifest_sha256(sha256);
+    v1::BundleSource& source =
+        *teacher->sources.emplace_back().mutable_bundle();
+    source.set_role("teacher");
+    source.set_manifest_sha256(sha256);
     return teacher;
   }
   // Of a new run that begins with the bundle and learns from "expert".
@@ -86,7 +88,7 @@ TEST(RunSources, StayAsTheyWereWhenARunIsResumed) {
 
 TEST(RunSources, RefuseAnotherTeacherThanBefore) {
   const Fixture f;
-  ASSERT_THAT(f.Save({f.Teacher("expert")->source}), IsOk());
+  ASSERT_THAT(f.Save({f.Teacher("expert")->sources[0]}), IsOk());
 
   EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
                          f.Teacher("novice")),

@@ -1,5 +1,9 @@
 #include "tools/training/run_teacher.h"
 
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -7,8 +11,11 @@
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/content.h"
 #include "deploy/bundle/run_export.h"
+#include "sim/motion/library.h"
 #include "teacher/client/remote_annotator.h"
+#include "teacher/clip_annotator.h"
 #include "teacher/local_annotator.h"
 #include "teacher/teacher_policy.h"
 #include "tools/teacher/read_teacher.h"
@@ -19,21 +26,101 @@ namespace {
 
 constexpr char kTeacher[] = "teacher";
 
-absl::StatusOr<RunTeacher> ReadLocal(const std::string& folder, int threads) {
-  SINEW_ASSIGN_OR_RETURN(teacher::TeacherPolicy expert,
-                         teacher::ReadTeacher(folder));
+struct LocalTeacher {
+  std::unique_ptr<teacher::LocalAnnotator> annotator;
+  teacher::TeacherPolicy policy;
+};
+
+absl::StatusOr<LocalTeacher> ReadLocal(const std::string& folder, int threads,
+                                       const v1::Recipe& recipe,
+                                       const TaskSetup& setup) {
+  LocalTeacher result;
+  SINEW_ASSIGN_OR_RETURN(result.policy, teacher::ReadTeacher(folder));
+  SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::LocalAnnotator::Create(
+                                               result.policy, threads));
+  SINEW_RETURN_IF_ERROR(
+      CheckTeacher(folder, result.annotator->description(), recipe, setup));
+  return result;
+}
+
+v1::RunInputs::Source SourceOf(const v1::DescribeTeacherResponse& teacher) {
+  return bundle::MakeSource(kTeacher, teacher.bundle_sha256(),
+                            teacher.provenance());
+}
+
+absl::StatusOr<RunTeacher> OpenOne(const RunTeacherOptions& options,
+                                   const v1::Recipe& recipe,
+                                   const TaskSetup& setup) {
+  SINEW_ASSIGN_OR_RETURN(
+      LocalTeacher local,
+      ReadLocal(options.teachers[0], options.threads, recipe, setup));
   RunTeacher result;
-  SINEW_ASSIGN_OR_RETURN(result.annotator,
-                         teacher::LocalAnnotator::Create(expert, threads));
-  result.add_graph = [graph = std::move(expert.graph),
-                      weights = std::move(expert.weights)](
+  result.sources = {SourceOf(local.annotator->description())};
+  result.annotator = std::move(local.annotator);
+  result.add_graph = [graph = std::move(local.policy.graph),
+                      weights = std::move(local.policy.weights)](
                          v1::PolicyGraph& all, TensorMap& all_weights) {
     return policy::AddTeacherGraph(graph, weights, all, all_weights);
   };
   return result;
 }
 
-absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options) {
+// By clip of the library, which bundle's provenance names it.
+absl::StatusOr<std::vector<int>> TeacherOfClip(
+    const std::vector<std::string>& folders,
+    absl::Span<const v1::RunInputs::Source> sources, const v1::Recipe& recipe,
+    const motion::Library& library) {
+  std::map<std::string, int, std::less<>> teacher_of;  // by name
+  for (size_t t = 0; t < sources.size(); ++t) {
+    for (const std::string& clip : sources[t].clips()) {
+      const auto [at, added] = teacher_of.emplace(bundle::ClipNameOf(clip), t);
+      if (added) continue;
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--teacher: expected one bundle that was trained on ", "clip ",
+          at->first, ", found ", folders[at->second], " and ", folders[t]));
+    }
+  }
+  const auto& only = recipe.task().start().only_clips();
+  const std::set<std::string> drawn(only.begin(), only.end());
+  std::vector<int> result(library.num_clips(), teacher::ClipAnnotator::kNone);
+  for (int c = 0; c < library.num_clips(); ++c) {
+    const v1::ClipInfo& clip = library.clip(c);
+    const auto found = teacher_of.find(clip.name());
+    if (found != teacher_of.end()) {
+      result[c] = found->second;
+    } else if (!clip.left_out() &&
+               (drawn.empty() || drawn.contains(clip.name()))) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--teacher: expected a bundle that was trained on clip ", clip.name(),
+          ", found none among ", absl::StrJoin(folders, ", ")));
+    }
+  }
+  return result;
+}
+
+absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
+                                       const v1::Recipe& recipe,
+                                       const TaskSetup& setup) {
+  RunTeacher result;
+  std::vector<std::unique_ptr<teacher::Annotator>> teachers;
+  for (const std::string& folder : options.teachers) {
+    SINEW_ASSIGN_OR_RETURN(LocalTeacher local,
+                           ReadLocal(folder, options.threads, recipe, setup));
+    result.sources.push_back(SourceOf(local.annotator->description()));
+    teachers.push_back(std::move(local.annotator));
+  }
+  SINEW_ASSIGN_OR_RETURN(
+      std::vector<int> teacher_of_clip,
+      TeacherOfClip(options.teachers, result.sources, recipe, *setup.library));
+  SINEW_ASSIGN_OR_RETURN(result.annotator,
+                         teacher::ClipAnnotator::Create(
+                             std::move(teachers), std::move(teacher_of_clip)));
+  return result;
+}
+
+absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options,
+                                   const v1::Recipe& recipe,
+                                   const TaskSetup& setup) {
   teacher::RemoteAnnotatorOptions remote;
   remote.addresses = options.teachers;
   remote.patience = options.patience;
@@ -41,6 +128,10 @@ absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options) {
   remote.stop = options.stop;
   RunTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::ConnectAnnotator(remote));
+  const v1::DescribeTeacherResponse& teacher = result.annotator->description();
+  SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
+                                     teacher, recipe, setup));
+  result.sources = {SourceOf(teacher)};
   return result;
 }
 
@@ -58,27 +149,25 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
               "found one");
   }
   if (options.teachers.empty()) return std::nullopt;
-  const bool local =
-      options.teachers.size() == 1 && FileExists(options.teachers[0]);
-  if (recipe.distillation().teacher_share() > 0 && !local) {
+  const auto folders = static_cast<size_t>(std::count_if(
+      options.teachers.begin(), options.teachers.end(), FileExists));
+  if (folders != 0 && folders != options.teachers.size()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "recipe field distillation.teacher_share: expected 0 or a bundle's "
+        "--teacher: expected bundles' folders or addresses, found both: ",
+        absl::StrJoin(options.teachers, ", ")));
+  }
+  const bool one = folders == 1;
+  if (recipe.distillation().teacher_share() > 0 && !one) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "recipe field distillation.teacher_share: expected 0 or one bundle's "
         "folder in --teacher, which actors can act by, found ",
         recipe.distillation().teacher_share(), " and ",
         absl::StrJoin(options.teachers, ", ")));
   }
-  RunTeacher result;
-  if (local) {
-    SINEW_ASSIGN_OR_RETURN(result,
-                           ReadLocal(options.teachers[0], options.threads));
-  } else {
-    SINEW_ASSIGN_OR_RETURN(result, Connect(options));
-  }
-  const v1::DescribeTeacherResponse& teacher = result.annotator->description();
-  SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
-                                     teacher, recipe, setup));
-  result.source = bundle::MakeSource(kTeacher, teacher.bundle_sha256(),
-                                     teacher.provenance());
+  SINEW_ASSIGN_OR_RETURN(RunTeacher result,
+                         one            ? OpenOne(options, recipe, setup)
+                         : folders != 0 ? OpenSeveral(options, recipe, setup)
+                                        : Connect(options, recipe, setup));
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;
 }

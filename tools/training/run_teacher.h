@@ -24,15 +24,16 @@ namespace sinew::tools {
 // Who labels what a distillation's student sees (--teacher).
 struct RunTeacher {
   std::unique_ptr<teacher::Annotator> annotator;
-  // What the run's bundles say of it.
-  v1::RunInputs::Source source;
+  // What the run's bundles say of it, a bundle each.
+  std::vector<v1::RunInputs::Source> sources;
   // Adds its policy to a student's graphs, for episodes in which it acts; empty
-  // where the bundle is elsewhere.
+  // where the bundle is elsewhere, or one of several.
   std::function<absl::Status(v1::PolicyGraph&, TensorMap&)> add_graph;
 };
 
 struct RunTeacherOptions {
-  // One bundle's folder: it answers in this process. Or addresses of
+  // One bundle's folder: it answers in this process. Several: each labels the
+  // clips that its provenance names (teacher/clip_annotator.h). Or addresses of
   // `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
@@ -45,7 +46,8 @@ struct RunTeacherOptions {
 // Unset where the recipe (defaults filled) has no distillation and there are no
 // teachers. Checks that the teacher is of the task's character and control
 // rate, observes what the student observes and places its targets as
-// distillation.teacher_action says.
+// distillation.teacher_action says. Of several bundles, every clip that starts
+// may be drawn from must be named by exactly one.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

@@ -6,12 +6,15 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "proto/sinew/v1/teacher.pb.h"
+#include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::tools {
@@ -20,7 +23,16 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+std::vector<std::string> ClipNames(const motion::Library& library) {
+  std::vector<std::string> names;
+  for (int c = 0; c < library.num_clips(); ++c) {
+    names.push_back(library.clip(c).name());
+  }
+  return names;
+}
 
 // A run and a teacher that fit each other.
 struct Fitting {
@@ -122,6 +134,94 @@ TEST(RunTeacher, ThatActsInAShareOfEpisodesIsABundleHere) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("distillation.teacher_share"),
                              HasSubstr("found 0.25 and unix:/nobody"))));
+}
+
+// A run of the toy's task, and bundles that could teach it.
+struct Several {
+  Several() {
+    recipe = toy.recipe;
+    recipe.mutable_distillation();
+    *recipe.mutable_distillation()->mutable_teacher_action() =
+        recipe.task().action();
+    recipe = WithDefaults(recipe);
+    const auto set_up =
+        SetUpTask(recipe, JoinPath(toy.folder, "character.textproto"),
+                  toy.library_folder);
+    EXPECT_THAT(set_up, IsOk());
+    setup = *set_up;
+  }
+
+  // A bundle that says it was trained on these clips.
+  std::string Bundle(const std::string& name,
+                     const std::vector<std::string>& clips) {
+    bundle::BundleContent content = bundle::testing::ToyContent(toy);
+    v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
+    provenance.clear_clips();
+    for (const std::string& clip : clips) {
+      provenance.add_clips(clip + ": made for tests (Apache-2.0)");
+    }
+    const std::string folder = JoinPath(toy.folder, name);
+    EXPECT_THAT(bundle::WriteBundle(content, folder), IsOk());
+    return folder;
+  }
+  absl::StatusOr<std::optional<RunTeacher>> Open(
+      const std::vector<std::string>& teachers) const {
+    return OpenTeacher({.teachers = teachers}, recipe, setup);
+  }
+
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  v1::Recipe recipe;
+  TaskSetup setup;
+};
+
+TEST(RunTeacher, OfSeveralBundlesEachLabelsTheClipsThatItNames) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  ASSERT_GE(clips.size(), 2u);
+  const std::string first = run.Bundle("first", {clips[0]});
+  const std::string rest = run.Bundle("rest", {clips.begin() + 1, clips.end()});
+
+  const auto teacher = run.Open({first, rest});
+
+  ASSERT_THAT(teacher, IsOk());
+  ASSERT_TRUE(teacher->has_value());
+  const RunTeacher& found = **teacher;
+  ASSERT_EQ(found.sources.size(), 2u);
+  EXPECT_EQ(found.sources[0].bundle().role(), "teacher");
+  EXPECT_THAT(found.sources[0].clips(),
+              ElementsAre(HasSubstr(clips[0] + ": ")));
+  EXPECT_NE(found.sources[0].bundle().manifest_sha256(),
+            found.sources[1].bundle().manifest_sha256());
+  EXPECT_FALSE(found.add_graph);
+}
+
+TEST(RunTeacher, OfSeveralBundlesLabelsEveryClipOnce) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  const std::string first = run.Bundle("first", {clips[0]});
+  const std::string all = run.Bundle("all", clips);
+  const std::string other = run.Bundle("other", {"another"});
+
+  EXPECT_THAT(run.Open({first, all}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("clip " + clips[0]), HasSubstr(first),
+                             HasSubstr(all))));
+  EXPECT_THAT(run.Open({first, other}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("clip " + clips[1]), HasSubstr(first),
+                             HasSubstr(other))));
+  // What no start is drawn from needs no teacher.
+  run.recipe.mutable_task()->mutable_start()->add_only_clips(clips[0]);
+  EXPECT_THAT(run.Open({first, other}), IsOk());
+}
+
+TEST(RunTeacher, IsBundlesOrAddressesNotBoth) {
+  Several run;
+  const std::string first = run.Bundle("first", {"turn"});
+
+  EXPECT_THAT(run.Open({first, "unix:/nobody"}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("found both: " + first)));
 }
 
 }  // namespace

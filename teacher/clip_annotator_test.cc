@@ -1,0 +1,126 @@
+#include "teacher/clip_annotator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "common/testing/matchers.h"
+#include "teacher/local_annotator.h"
+#include "teacher/testing/toy_teacher.h"
+
+namespace sinew::teacher {
+namespace {
+
+using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::MakeToyRows;
+using testing::MakeToyTeacher;
+using testing::ToyRows;
+
+constexpr int kNone = ClipAnnotator::kNone;
+
+TeacherPolicy Toy(uint64_t seed) {
+  TeacherPolicy policy = MakeToyTeacher(seed);
+  policy.manifest.set_manifest_sha256(
+      std::string(64, static_cast<char>('a' + seed)));
+  return policy;
+}
+
+std::vector<double> Answers(Annotator& annotator, const Rows& rows) {
+  std::vector<double> targets(rows.bases.size());
+  EXPECT_THAT(annotator.Annotate(rows, absl::MakeSpan(targets)), IsOk());
+  return targets;
+}
+
+// Two teachers: of clips 0 and 3, and of clip 1; nobody labels clip 2.
+std::unique_ptr<ClipAnnotator> MakeTwo() {
+  std::vector<std::unique_ptr<Annotator>> teachers;
+  for (const uint64_t seed : {1, 2}) {
+    teachers.push_back(LocalAnnotator::Create(Toy(seed), 1).value());
+  }
+  return ClipAnnotator::Create(std::move(teachers), {0, 1, kNone, 0}).value();
+}
+
+TEST(ClipAnnotator, GivesEveryRowTheAnswerOfItsClipsTeacher) {
+  const ToyRows toy = MakeToyRows(7);
+  const std::vector<int32_t> clips = {1, 0, 3, 1, 1, 3, 0};
+  Rows rows = toy.rows();
+  rows.clips = clips;
+  const auto first = LocalAnnotator::Create(Toy(1), 1).value();
+  const auto second = LocalAnnotator::Create(Toy(2), 1).value();
+  const std::vector<double> of_first = Answers(*first, toy.rows());
+  const std::vector<double> of_second = Answers(*second, toy.rows());
+  ASSERT_NE(of_first, of_second);
+
+  const std::vector<double> found = Answers(*MakeTwo(), rows);
+
+  for (size_t r = 0; r < clips.size(); ++r) {
+    const std::vector<double>& expected = clips[r] == 1 ? of_second : of_first;
+    for (size_t j = 3 * r; j < 3 * r + 3; ++j) {
+      EXPECT_EQ(found[j], expected[j]) << "row " << r;
+    }
+  }
+}
+
+TEST(ClipAnnotator, RefusesRowsThatNobodyLabels) {
+  const auto annotator = MakeTwo();
+  const ToyRows toy = MakeToyRows(2);
+  std::vector<double> targets(toy.bases.size());
+  const auto annotate = [&](const std::vector<int32_t>& clips) {
+    Rows rows = toy.rows();
+    rows.clips = clips;
+    return annotator->Annotate(rows, absl::MakeSpan(targets));
+  };
+
+  EXPECT_THAT(annotate({0, 1}), IsOk());
+  for (const int32_t clip : {2, 4, -1}) {
+    EXPECT_THAT(annotate({0, clip}),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("row 1"),
+                               HasSubstr(absl::StrCat("clip ", clip)))));
+  }
+  EXPECT_THAT(annotate({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                     HasSubstr("expected one of each of 2")));
+}
+
+TEST(ClipAnnotator, IsAnotherTeacherWhereOneOfThemIs) {
+  const auto two = MakeTwo();
+  std::vector<std::unique_ptr<Annotator>> others;
+  for (const uint64_t seed : {1, 3}) {
+    others.push_back(LocalAnnotator::Create(Toy(seed), 1).value());
+  }
+  const auto other = ClipAnnotator::Create(std::move(others), {0, 1}).value();
+
+  EXPECT_NE(two->description().bundle_sha256(),
+            other->description().bundle_sha256());
+  EXPECT_EQ(two->description().bundle_sha256(),
+            MakeTwo()->description().bundle_sha256());
+  EXPECT_EQ(two->description().observation_width(), 21);
+  EXPECT_FALSE(two->description().has_provenance());
+  EXPECT_EQ(two->spread().size(), 3u);
+}
+
+TEST(ClipAnnotator, RefusesTablesThatNameNoTeacher) {
+  EXPECT_THAT(ClipAnnotator::Create({}, {}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("teachers: expected some")));
+  for (const int teacher : {1, -2}) {
+    std::vector<std::unique_ptr<Annotator>> one;
+    one.push_back(LocalAnnotator::Create(Toy(1), 1).value());
+    EXPECT_THAT(ClipAnnotator::Create(std::move(one), {0, teacher}),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("clip 1"),
+                               HasSubstr(absl::StrCat("index ", teacher)))));
+  }
+}
+
+}  // namespace
+}  // namespace sinew::teacher
