@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-
 #include "actor/rollout.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/config/recipe.h"

@@ -127,8 +127,13 @@ absl::Status ClipAnnotator::Ask(Annotator& teacher, const Rows& rows,
     Append(rows.bases, row, action, bases);
   }
   std::vector<double> answers(bases.size());
-  SINEW_RETURN_IF_ERROR(teacher.Annotate(
-      {.observations = observations, .bases = bases}, absl::MakeSpan(answers)));
+  const absl::Status asked = teacher.Annotate(
+      {.observations = observations, .bases = bases}, absl::MakeSpan(answers));
+  if (!asked.ok()) {
+    return absl::Status(asked.code(),
+                        absl::StrCat("of the ", of_teacher.size(),
+                                     " rows of its clips: ", asked.message()));
+  }
   for (size_t i = 0; i < of_teacher.size(); ++i) {
     std::copy_n(answers.begin() + static_cast<int64_t>(i) * action, action,
                 targets.begin() + of_teacher[i] * action);

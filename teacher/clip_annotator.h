@@ -1,24 +1,27 @@
 #ifndef SINEW_TEACHER_CLIP_ANNOTATOR_H_
 #define SINEW_TEACHER_CLIP_ANNOTATOR_H_
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "proto/sinew/v1/teacher.pb.h"
 #include "teacher/client/annotator.h"
 
 namespace sinew::teacher {
 
-// Several teachers as one: each labels the rows of the clips that it was
-// trained on. One policy so learns what one policy per clip knows.
+// Several teachers as one: each labels the rows of its own clips. So one policy
+// learns what one policy per clip knows.
 //
 //   Annotate: rows -> by clip, to their teachers, one after the other -> their
 //             places
 //
 // Description: the first teacher's, with a SHA-256 over all bundles' digests in
-// order, and no provenance. Spread: of each joint, the largest of all teachers.
+// order (whose clips are whose is left out), and no provenance. Spread: of each
+// joint, the largest of all teachers.
 //
 // Thread-safety, blocking: as the teachers. Ownership: owns them. Errors:
 // Create; those of the teachers; INVALID_ARGUMENT for rows without Rows::clips,

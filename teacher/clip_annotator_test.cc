@@ -34,6 +34,26 @@ TeacherPolicy Toy(uint64_t seed) {
   return policy;
 }
 
+// A teacher of fewer columns.
+class Narrow final : public Annotator {
+ public:
+  Narrow() {
+    description_.set_bundle_sha256("narrow");
+    description_.set_observation_width(20);
+    description_.set_action_width(3);
+  }
+  const v1::DescribeTeacherResponse& description() const override {
+    return description_;
+  }
+  absl::Span<const double> spread() const override { return {}; }
+  absl::Status Annotate(const Rows&, absl::Span<double>) override {
+    return absl::UnimplementedError("never asked");
+  }
+
+ private:
+  v1::DescribeTeacherResponse description_;
+};
+
 std::vector<double> Answers(Annotator& annotator, const Rows& rows) {
   std::vector<double> targets(rows.bases.size());
   EXPECT_THAT(annotator.Annotate(rows, absl::MakeSpan(targets)), IsOk());
@@ -106,6 +126,29 @@ TEST(ClipAnnotator, IsAnotherTeacherWhereOneOfThemIs) {
   EXPECT_EQ(two->description().observation_width(), 21);
   EXPECT_FALSE(two->description().has_provenance());
   EXPECT_EQ(two->spread().size(), 3u);
+}
+
+TEST(ClipAnnotator, HasTheLargestSpreadAndTheFewestRowsOfItsTeachers) {
+  const auto first = LocalAnnotator::Create(Toy(1), 1).value();
+  const auto two = MakeTwo();
+
+  for (size_t j = 0; j < 3; ++j) {
+    EXPECT_GE(two->spread()[j], first->spread()[j]);
+    EXPECT_GT(two->spread()[j], 0);
+  }
+  EXPECT_EQ(two->description().max_rows(), first->description().max_rows());
+}
+
+TEST(ClipAnnotator, RefusesTeachersOfDifferentWidths) {
+  std::vector<std::unique_ptr<Annotator>> teachers;
+  teachers.push_back(LocalAnnotator::Create(Toy(1), 1).value());
+  teachers.push_back(std::make_unique<Narrow>());
+
+  EXPECT_THAT(ClipAnnotator::Create(std::move(teachers), {0, 1}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("teacher narrow"),
+                             HasSubstr("expected 21 observation and 3 action"),
+                             HasSubstr("found 20 and 3"))));
 }
 
 TEST(ClipAnnotator, RefusesTablesThatNameNoTeacher) {

@@ -87,7 +87,7 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     for (const std::string& clip : source.clips()) add(clip);
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
-    // Of an older teacher elsewhere the digest alone is known.
+    // Runs of older versions know a teacher elsewhere by its digest alone.
     if (source.data_licences().empty()) licences.insert(kUnknown);
   }
   for (const std::string& licence : licences) {

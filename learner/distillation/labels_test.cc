@@ -62,6 +62,7 @@ class Doubling : public teacher::Annotator {
   absl::Status Annotate(const teacher::Rows& rows,
                         absl::Span<double> targets) override {
     seen.insert(seen.end(), rows.observations.begin(), rows.observations.end());
+    clips.insert(clips.end(), rows.clips.begin(), rows.clips.end());
     for (size_t i = 0; i < targets.size(); ++i) {
       targets[i] = rows.bases[i] + 2 * rows.observations[i];
     }
@@ -69,6 +70,7 @@ class Doubling : public teacher::Annotator {
   }
 
   std::vector<float> seen;
+  std::vector<int32_t> clips;
 
  private:
   v1::DescribeTeacherResponse description_;
@@ -134,6 +136,8 @@ TEST(Labels, OfSeveralSegmentsAreAskedForInOneCallWithoutInvalidRows) {
   SetColumn<uint8_t>("valid", {1, 0, 1, 1, 1, 1}, one);
   SetColumn<uint8_t>("valid", {0, 1, 1, 1, 0, 1}, two);
   SetColumn<float>("observation", {10, 11, 12, 13, 14, 15}, two);
+  SetColumn<int32_t>("clip", {0, 1, 2, 3, 4, 5}, one);
+  SetColumn<int32_t>("clip", {6, 7, 8, 9, 10, 11}, two);
   Doubling teacher;
 
   const auto targets =
@@ -141,6 +145,7 @@ TEST(Labels, OfSeveralSegmentsAreAskedForInOneCallWithoutInvalidRows) {
 
   ASSERT_THAT(targets.status(), IsOk());
   EXPECT_THAT(teacher.seen, ElementsAre(0, 2, 3, 4, 5, 11, 12, 13, 15));
+  EXPECT_THAT(teacher.clips, ElementsAre(0, 2, 3, 4, 5, 7, 8, 9, 11));
   const auto labelled = LabelSegment(
       two, View(two), Options(),
       absl::MakeConstSpan(*targets).subspan(CountValid(View(one))));

@@ -116,8 +116,9 @@ TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(1, 2), clock);
   for (int i = 0; i < 6; ++i) {
-    FailPart0(queue, clock, /*replica=*/i % 2, /*times=*/1,
-              absl::DataLossError("targets: found nan"));
+    ASSERT_NO_FATAL_FAILURE(
+        FailPart0(queue, clock, /*replica=*/i % 2, /*times=*/1,
+                  absl::DataLossError("targets: found nan")));
   }
 
   EXPECT_EQ(queue.Take(0), std::nullopt);
@@ -134,8 +135,9 @@ TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
   // b is away, a has part 0 alone.
   ASSERT_THAT(queue.Take(1), Optional(0));
   queue.Failed(1, 0, absl::UnavailableError("teacher b: away"));
-  FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
-            absl::DataLossError("teacher a: found nan"));
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+                absl::DataLossError("teacher a: found nan")));
 
   // Only b may have it any more, though it is not well either.
   EXPECT_THAT(queue.Take(0), Optional(1));
@@ -148,8 +150,9 @@ TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
 TEST(PartQueue, TakesABrokenConnectionForNoAnswer) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(1, 1), clock);
-  FailPart0(queue, clock, /*replica=*/0, /*times=*/5,
-            absl::InternalError("teacher a: RST_STREAM"));
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/0, /*times=*/5,
+                absl::InternalError("teacher a: RST_STREAM")));
 
   ASSERT_THAT(queue.Take(0), Optional(0));
   queue.Done(0);
@@ -161,8 +164,9 @@ TEST(PartQueue, EndsWithAWrongAnswerWhenTheOthersServeSomethingElse) {
   PartQueue queue(MakeOptions(1, 2), clock);
   ASSERT_THAT(queue.Take(1), Optional(0));
   queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
-  FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
-            absl::DataLossError("teacher a: found nan"));
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+                absl::DataLossError("teacher a: found nan")));
 
   EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInternal,
                                         HasSubstr("teacher a: found nan")));

@@ -147,7 +147,7 @@ TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
     const Served served(rig, "first", teacher, address);
     const auto train = rig.Start(
         "run",
-        rig.Train("run", 1000, Taught(address, {"--teacher-patience", "0.5"})));
+        rig.Train("run", 1000, Taught(address, {"--teacher-patience", "5"})));
     rig.AwaitRows(*train, "run", 1);
 
     served.process->Signal(SIGKILL);
@@ -163,6 +163,25 @@ TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
   rig.MustRun("straight", rig.Train("straight", iterations, Taught(teacher)));
 
   EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
+}
+
+TEST(DistillationTest, LearnsFromOneTeacherPerClip) {
+  const TrainingRig rig;
+  const auto only = [](const std::string& clips) {
+    return TrainingRig::Arguments{"--set", "task.start.only_clips=" + clips};
+  };
+  const std::string turns = MakeTeacher(rig, "turns", only("[turn]"));
+  const std::string others = MakeTeacher(rig, "others", only("[sway,tumble]"));
+
+  rig.MustRun("run", rig.Train("run", 3, Taught(turns, {others})));
+
+  const v1::BundleProvenance found = ProvenanceOf(rig, "run");
+  ASSERT_EQ(found.sources_size(), 2);
+  EXPECT_NE(found.sources(0).manifest_sha256(),
+            found.sources(1).manifest_sha256());
+  EXPECT_FALSE(
+      rig.Run("alone", rig.Train("alone", 1, Taught(turns, {turns}))).ok());
+  EXPECT_THAT(rig.Output("alone"), HasSubstr("clip turn"));
 }
 
 TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {

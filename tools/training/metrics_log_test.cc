@@ -23,6 +23,7 @@ using Json = nlohmann::json;
 
 // Where there is no log yet.
 std::string NewLog() {
+  EXPECT_THAT(RemoveRecursively(TestPath("run")), IsOk());
   EXPECT_THAT(MakeDirectories(TestPath("run")), IsOk());
   return TestPath("run/metrics.jsonl");
 }

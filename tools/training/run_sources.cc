@@ -1,5 +1,7 @@
 #include "tools/training/run_sources.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/logging.h"
@@ -11,13 +13,14 @@ namespace {
 
 using Sources = std::vector<v1::RunInputs::Source>;
 
-// Digests of the teachers among them, in order.
+// Digests of the teachers among them; labels do not depend on their order.
 std::string Teachers(const Sources& sources) {
   std::vector<std::string> digests;
   for (const v1::RunInputs::Source& source : sources) {
     if (source.bundle().role() != "teacher") continue;
     digests.push_back(source.bundle().manifest_sha256());
   }
+  std::sort(digests.begin(), digests.end());
   return absl::StrJoin(digests, ", ");
 }
 
@@ -27,8 +30,8 @@ absl::Status CheckSameTeacher(const Sources& before,
   const std::string found = Teachers(teacher.sources);
   if (expected.empty() || expected == found) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat("--teacher: expected the bundle that the run was started "
-                   "with (manifest_sha256 ",
+      absl::StrCat("--teacher: expected what the run was started with "
+                   "(manifest_sha256 ",
                    expected, "), found another (", found,
                    "); give the same, or another --run"));
 }

@@ -97,6 +97,28 @@ TEST(RunSources, RefuseAnotherTeacherThanBefore) {
                              HasSubstr("novice"))));
 }
 
+TEST(RunSources, NameSeveralTeachersWhoseOrderDoesNotMatter) {
+  const Fixture f;
+  std::optional<RunTeacher> teachers = f.Teacher("expert");
+  teachers->sources.push_back(f.Teacher("novice")->sources[0]);
+  const auto begun = RunSources(f.run, /*resumed=*/false,
+                                /*moved=*/std::nullopt, {}, teachers);
+  ASSERT_THAT(begun, IsOk());
+  ASSERT_EQ(begun->size(), 2u);
+  ASSERT_THAT(f.Save(*begun), IsOk());
+  std::swap(teachers->sources[0], teachers->sources[1]);
+
+  const auto resumed =
+      RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {}, teachers);
+
+  ASSERT_THAT(resumed, IsOk());
+  EXPECT_EQ((*resumed)[0].bundle().manifest_sha256(), "expert");
+  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
+                         f.Teacher("expert")),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expert, novice")));
+}
+
 TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
   const Fixture f;
   const auto begun = f.Begin();

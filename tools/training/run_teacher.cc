@@ -1,19 +1,21 @@
 #include "tools/training/run_teacher.h"
 
-#include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/types/span.h"
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/content.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/motion.pb.h"
 #include "sim/motion/library.h"
+#include "sim/world/start.h"
 #include "teacher/client/remote_annotator.h"
 #include "teacher/clip_annotator.h"
 #include "teacher/local_annotator.h"
@@ -65,33 +67,44 @@ absl::StatusOr<RunTeacher> OpenOne(const RunTeacherOptions& options,
   return result;
 }
 
-// By clip of the library, which bundle's provenance names it.
+// Names of the clips that a bundle labels: those that its starts were drawn
+// from, if its task names some, else all that its provenance names.
+std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
+  const auto& only = manifest.task().start().only_clips();
+  if (!only.empty()) return {only.begin(), only.end()};
+  std::set<std::string> names;
+  for (const std::string& clip : manifest.provenance().clips()) {
+    names.emplace(bundle::ClipNameOf(clip));
+  }
+  return names;
+}
+
+// By clip of the library, the index of the bundle that names it.
 absl::StatusOr<std::vector<int>> TeacherOfClip(
     const std::vector<std::string>& folders,
-    absl::Span<const v1::RunInputs::Source> sources, const v1::Recipe& recipe,
+    absl::Span<const std::set<std::string>> clips_of, const v1::Recipe& recipe,
     const motion::Library& library) {
-  std::map<std::string, int, std::less<>> teacher_of;  // by name
-  for (size_t t = 0; t < sources.size(); ++t) {
-    for (const std::string& clip : sources[t].clips()) {
-      const auto [at, added] = teacher_of.emplace(bundle::ClipNameOf(clip), t);
+  std::map<std::string, int> teacher_of;
+  for (size_t t = 0; t < clips_of.size(); ++t) {
+    for (const std::string& clip : clips_of[t]) {
+      const auto [at, added] = teacher_of.emplace(clip, static_cast<int>(t));
       if (added) continue;
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected one bundle that was trained on ", "clip ",
-          at->first, ", found ", folders[at->second], " and ", folders[t]));
+          "--teacher: expected one bundle that names clip ", clip, ", found ",
+          folders[at->second], " and ", folders[t],
+          " (task.start.only_clips of a bundle's training says which of its "
+          "library's clips are its own)"));
     }
   }
-  const auto& only = recipe.task().start().only_clips();
-  const std::set<std::string> drawn(only.begin(), only.end());
   std::vector<int> result(library.num_clips(), teacher::ClipAnnotator::kNone);
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
     const auto found = teacher_of.find(clip.name());
     if (found != teacher_of.end()) {
       result[c] = found->second;
-    } else if (!clip.left_out() &&
-               (drawn.empty() || drawn.contains(clip.name()))) {
+    } else if (world::IsDrawn(recipe.task().start(), clip)) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected a bundle that was trained on clip ", clip.name(),
+          "--teacher: expected a bundle that names clip ", clip.name(),
           ", found none among ", absl::StrJoin(folders, ", ")));
     }
   }
@@ -103,15 +116,17 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
                                        const TaskSetup& setup) {
   RunTeacher result;
   std::vector<std::unique_ptr<teacher::Annotator>> teachers;
+  std::vector<std::set<std::string>> clips_of;
   for (const std::string& folder : options.teachers) {
     SINEW_ASSIGN_OR_RETURN(LocalTeacher local,
                            ReadLocal(folder, options.threads, recipe, setup));
     result.sources.push_back(SourceOf(local.annotator->description()));
+    clips_of.push_back(ClipsOf(local.policy.manifest));
     teachers.push_back(std::move(local.annotator));
   }
   SINEW_ASSIGN_OR_RETURN(
       std::vector<int> teacher_of_clip,
-      TeacherOfClip(options.teachers, result.sources, recipe, *setup.library));
+      TeacherOfClip(options.teachers, clips_of, recipe, *setup.library));
   SINEW_ASSIGN_OR_RETURN(result.annotator,
                          teacher::ClipAnnotator::Create(
                              std::move(teachers), std::move(teacher_of_clip)));
@@ -149,14 +164,17 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
               "found one");
   }
   if (options.teachers.empty()) return std::nullopt;
-  const auto folders = static_cast<size_t>(std::count_if(
-      options.teachers.begin(), options.teachers.end(), FileExists));
-  if (folders != 0 && folders != options.teachers.size()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--teacher: expected bundles' folders or addresses, found both: ",
-        absl::StrJoin(options.teachers, ", ")));
+  std::vector<std::string> folders, others;
+  for (const std::string& name : options.teachers) {
+    (FileExists(name) ? folders : others).push_back(name);
   }
-  const bool one = folders == 1;
+  if (!folders.empty() && !others.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--teacher: expected bundles' folders or addresses, found folders (",
+        absl::StrJoin(folders, ", "), ") and what is none (",
+        absl::StrJoin(others, ", "), ")"));
+  }
+  const bool one = folders.size() == 1;
   if (recipe.distillation().teacher_share() > 0 && !one) {
     return absl::InvalidArgumentError(absl::StrCat(
         "recipe field distillation.teacher_share: expected 0 or one bundle's "
@@ -165,9 +183,10 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
         absl::StrJoin(options.teachers, ", ")));
   }
   SINEW_ASSIGN_OR_RETURN(RunTeacher result,
-                         one            ? OpenOne(options, recipe, setup)
-                         : folders != 0 ? OpenSeveral(options, recipe, setup)
-                                        : Connect(options, recipe, setup));
+                         one ? OpenOne(options, recipe, setup)
+                         : folders.empty()
+                             ? Connect(options, recipe, setup)
+                             : OpenSeveral(options, recipe, setup));
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;
 }
@@ -175,6 +194,11 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
 absl::Status CheckTeacher(const std::string& name,
                           const v1::DescribeTeacherResponse& teacher,
                           const v1::Recipe& recipe, const TaskSetup& setup) {
+  if (teacher.control_hz() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        name, ": control_hz: expected ", recipe.physics().control_hz(),
+        ", found none: a `sinew teacher` of an older version?"));
+  }
   // A step of the teacher's must last as long as the student's.
   SINEW_RETURN_IF_ERROR(
       In(name, SameValue("control_hz", recipe.physics().control_hz(),

@@ -32,13 +32,16 @@ struct RunTeacher {
 };
 
 struct RunTeacherOptions {
-  // One bundle's folder: it answers in this process. Several: each labels the
-  // clips that its provenance names (teacher/clip_annotator.h). Or addresses of
-  // `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
+  // One bundle's folder: it answers in this process. Several, in any order:
+  // each labels its own clips (teacher/clip_annotator.h), by name: those that
+  // its task.start.only_clips names, else all that its provenance names, which
+  // has the clips left out of its training and those of the bundles that it was
+  // made from as well. Or addresses of `sinew teacher`, HOST:PORT or unix:PATH:
+  // replicas of one bundle.
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
-  int threads = 1;  // in this process
+  int threads = 1;  // of each bundle in this process; one works at a time
   rpc::Security security = {};
   StopToken stop = {};
 };

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/teacher.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
@@ -71,6 +73,8 @@ TEST(RunTeacher, NamesTheFieldThatDoesNotFitAndBothValues) {
   const std::pair<Edit, std::string> cases[] = {
       {[](auto& teacher) { teacher.set_control_hz(60); },
        "control_hz: expected 30, found 60"},
+      {[](auto& teacher) { teacher.clear_control_hz(); },
+       "control_hz: expected 30, found none"},
       {[](auto& teacher) { teacher.set_character_sha256("another"); },
        "character_sha256: expected body, found another"},
       {[](auto& teacher) { teacher.set_observation_width(6); },
@@ -153,16 +157,32 @@ struct Several {
 
   // A bundle that says it was trained on these clips.
   std::string Bundle(const std::string& name,
-                     const std::vector<std::string>& clips) {
-    bundle::BundleContent content = bundle::testing::ToyContent(toy);
+                     const std::vector<std::string>& clips, double gain = 0.3,
+                     const std::vector<std::string>& only = {}) {
+    bundle::BundleContent content = bundle::testing::ToyContent(toy, gain);
     v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
     provenance.clear_clips();
     for (const std::string& clip : clips) {
       provenance.add_clips(clip + ": made for tests (Apache-2.0)");
     }
+    v1::Start& start = *content.manifest.mutable_task()->mutable_start();
+    for (const std::string& clip : only) start.add_only_clips(clip);
     const std::string folder = JoinPath(toy.folder, name);
     EXPECT_THAT(bundle::WriteBundle(content, folder), IsOk());
     return folder;
+  }
+  // What the teacher says of one row of a clip.
+  std::vector<double> Target(const RunTeacher& teacher, int clip) const {
+    const std::vector<float> observations(setup.observation_width, 0.5F);
+    const std::vector<double> bases(setup.action_width, 0.01);
+    const std::vector<int32_t> clips = {clip};
+    std::vector<double> targets(bases.size());
+    EXPECT_THAT(
+        teacher.annotator->Annotate(
+            {.observations = observations, .bases = bases, .clips = clips},
+            absl::MakeSpan(targets)),
+        IsOk());
+    return targets;
   }
   absl::StatusOr<std::optional<RunTeacher>> Open(
       const std::vector<std::string>& teachers) const {
@@ -179,7 +199,8 @@ TEST(RunTeacher, OfSeveralBundlesEachLabelsTheClipsThatItNames) {
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_GE(clips.size(), 2u);
   const std::string first = run.Bundle("first", {clips[0]});
-  const std::string rest = run.Bundle("rest", {clips.begin() + 1, clips.end()});
+  const std::string rest =
+      run.Bundle("rest", {clips.begin() + 1, clips.end()}, /*gain=*/0.6);
 
   const auto teacher = run.Open({first, rest});
 
@@ -193,6 +214,36 @@ TEST(RunTeacher, OfSeveralBundlesEachLabelsTheClipsThatItNames) {
   EXPECT_NE(found.sources[0].bundle().manifest_sha256(),
             found.sources[1].bundle().manifest_sha256());
   EXPECT_FALSE(found.add_graph);
+  // The same row of either clip, and what each bundle says of it alone.
+  EXPECT_EQ(run.Target(found, 0), run.Target(**run.Open({first}), 0));
+  EXPECT_EQ(run.Target(found, 1), run.Target(**run.Open({rest}), 1));
+  EXPECT_NE(run.Target(found, 0), run.Target(found, 1));
+}
+
+TEST(RunTeacher, OfABundleOfAFewClipsOfItsLibraryAreThoseItsOwn) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  const std::string first = run.Bundle("first", clips, 0.3, {clips[0]});
+  const std::string rest =
+      run.Bundle("rest", clips, 0.6, {clips.begin() + 1, clips.end()});
+
+  const auto teacher = run.Open({rest, first});
+
+  ASSERT_THAT(teacher, IsOk());
+  EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({first}), 0));
+  EXPECT_EQ(run.Target(**teacher, 1), run.Target(**run.Open({rest}), 1));
+}
+
+TEST(RunTeacher, OfSeveralBundlesActsInNoEpisodes) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  const std::string first = run.Bundle("first", {clips[0]});
+  const std::string rest = run.Bundle("rest", {clips.begin() + 1, clips.end()});
+  run.recipe.mutable_distillation()->set_teacher_share(0.25);
+
+  EXPECT_THAT(run.Open({first, rest}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("distillation.teacher_share")));
 }
 
 TEST(RunTeacher, OfSeveralBundlesLabelsEveryClipOnce) {
@@ -221,7 +272,8 @@ TEST(RunTeacher, IsBundlesOrAddressesNotBoth) {
 
   EXPECT_THAT(run.Open({first, "unix:/nobody"}),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("found both: " + first)));
+                       AllOf(HasSubstr("folders (" + first),
+                             HasSubstr("none (unix:/nobody"))));
 }
 
 }  // namespace

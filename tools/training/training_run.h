@@ -94,7 +94,7 @@ class TrainingRun {
     // Compact state (compact_state.h) that a run without states goes on from
     // instead; empty: none.
     std::string continue_from = {};
-    // Who labels, if the recipe has distillation: a bundle's folder, or
+    // Who labels, if the recipe has distillation: bundles' folders, or
     // addresses of `sinew teacher` (run_teacher.h).
     std::vector<std::string> teachers = {};
     // How long to go on asking teachers elsewhere without an answer, > 0.

@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "common/json_fields.h"
 #include "common/policy/ports.h"
+#include "deploy/bundle/content.h"
 #include "tools/evaluation/figures_table.h"
 
 namespace sinew::zoo {
@@ -26,7 +27,7 @@ using Credits = std::map<std::string, std::vector<std::string>>;
 void AddClip(absl::string_view clip, const std::set<std::string>& left_out,
              Credits* trained, Credits* others) {
   const size_t colon = clip.find(": ");
-  const std::string name(clip.substr(0, colon));
+  const std::string name(bundle::ClipNameOf(clip));
   const std::string credit(
       colon == absl::string_view::npos ? "unknown" : clip.substr(colon + 2));
   (left_out.contains(name) ? *others : *trained)[credit].push_back(name);
@@ -239,7 +240,9 @@ std::string ReproduceChapter(const CardFacts& facts) {
   absl::StrAppend(
       &text,
       "\nLIB holds the clips above (`sinew motion import`). The same build on "
-      "the same class of processor gives the same bits; others are as good.\n");
+      "the same class of processor gives the same bits after as many "
+      "iterations; "
+      "others are as good.\n");
   return text;
 }
 

@@ -177,6 +177,21 @@ TEST_F(ModelCardTest, RefusesAnEvaluationOfAnotherBundleOrLibrary) {
                                HasSubstr("library.sha256")));
 }
 
+TEST_F(ModelCardTest, ShowsFallenFiguresWithoutThoseOfTheZeroAction) {
+  Evaluate();
+  options_.fallen = options_.eval;
+  std::string text = *ReadFile(options_.eval);
+  text.insert(text.find('{') + 1,
+              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
+              "\"recovered_5_s\": 0.75, \"zero_action\": {}},");
+  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, HasSubstr("(zero action: 0.0 %, 0.0 %)"));
+}
+
 TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
   Evaluate();
   options_.fallen = options_.eval;

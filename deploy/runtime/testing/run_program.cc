@@ -27,8 +27,10 @@ Outcome RunProgram(std::vector<std::string> argv) {
                                          {"PYTHONDONTWRITEBYTECODE", "1"}},
                          .output_file = log});
   EXPECT_THAT(child, IsOk());
+  if (!child.ok()) return {.code = -1, .output = {}};
   const auto status = (*child)->Wait(absl::Minutes(2));
   EXPECT_THAT(status, IsOk());
+  if (!status.ok()) return {.code = -1, .output = {}};
   return {.code = status->code, .output = *ReadFile(log)};
 }
 

@@ -213,7 +213,10 @@ void LeaveOutOnDisk(int clip, const std::string& library_folder) {
   const auto text = ReadFile(file);
   SINEW_CHECK(text.ok()) << text.status().ToString();
   auto manifest = nlohmann::json::parse(*text);
-  manifest.at("clips").at(static_cast<size_t>(clip))["left_out"] = true;
+  auto& clips = manifest.at("clips");
+  SINEW_CHECK(clip >= 0 && clip < static_cast<int>(clips.size()))
+      << "clip " << clip << " of " << clips.size();
+  clips[clip]["left_out"] = true;
   SINEW_CHECK(WriteFileAtomically(file, manifest.dump()).ok());
 }
 
