@@ -6,19 +6,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/digest.h"
+#include "common/rpc/status.h"
 #include "common/status_macros.h"
 #include "teacher/client/rows.h"
 
 namespace sinew::teacher {
 namespace {
-
-// Appends a row of that many columns.
-template <typename T>
-void Append(absl::Span<const T> from, int64_t row, int64_t width,
-            std::vector<T>& to) {
-  const auto values = from.subspan(row * width, width);
-  to.insert(to.end(), values.begin(), values.end());
-}
 
 absl::Status CheckTeachers(
     absl::Span<const std::unique_ptr<Annotator>> teachers) {
@@ -121,19 +114,14 @@ absl::Status ClipAnnotator::Ask(Annotator& teacher, const Rows& rows,
   const int64_t action = description_.action_width();
   std::vector<float> observations;
   std::vector<double> bases;
-  for (const int64_t row : of_teacher) {
-    Append(rows.observations, row, description_.observation_width(),
-           observations);
-    Append(rows.bases, row, action, bases);
-  }
+  AppendRows(rows.observations, description_.observation_width(), of_teacher,
+             observations);
+  AppendRows(rows.bases, action, of_teacher, bases);
   std::vector<double> answers(bases.size());
   const absl::Status asked = teacher.Annotate(
       {.observations = observations, .bases = bases}, absl::MakeSpan(answers));
-  if (!asked.ok()) {
-    return absl::Status(asked.code(),
-                        absl::StrCat("of the ", of_teacher.size(),
-                                     " rows of its clips: ", asked.message()));
-  }
+  SINEW_RETURN_IF_ERROR(rpc::Annotate(
+      asked, absl::StrCat("of the ", of_teacher.size(), " rows of its clips")));
   for (size_t i = 0; i < of_teacher.size(); ++i) {
     std::copy_n(answers.begin() + static_cast<int64_t>(i) * action, action,
                 targets.begin() + of_teacher[i] * action);

@@ -20,6 +20,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MakeToyRows;
 using testing::MakeToyTeacher;
@@ -34,25 +35,37 @@ TeacherPolicy Toy(uint64_t seed) {
   return policy;
 }
 
-// A teacher of fewer columns.
-class Narrow final : public Annotator {
+// A teacher that is only described.
+class Described final : public Annotator {
  public:
-  Narrow() {
-    description_.set_bundle_sha256("narrow");
-    description_.set_observation_width(20);
-    description_.set_action_width(3);
+  Described(const std::string& bundle, int64_t observation_width,
+            int32_t max_rows, std::vector<double> spread)
+      : spread_(std::move(spread)) {
+    description_.set_bundle_sha256(bundle);
+    description_.set_observation_width(observation_width);
+    description_.set_action_width(static_cast<int64_t>(spread_.size()));
+    description_.set_max_rows(max_rows);
   }
   const v1::DescribeTeacherResponse& description() const override {
     return description_;
   }
-  absl::Span<const double> spread() const override { return {}; }
+  absl::Span<const double> spread() const override { return spread_; }
   absl::Status Annotate(const Rows&, absl::Span<double>) override {
-    return absl::UnimplementedError("never asked");
+    return absl::UnavailableError("teacher away");
   }
 
  private:
   v1::DescribeTeacherResponse description_;
+  const std::vector<double> spread_;
 };
+
+absl::StatusOr<std::unique_ptr<ClipAnnotator>> MakeDescribed(
+    std::unique_ptr<Described> first, std::unique_ptr<Described> second) {
+  std::vector<std::unique_ptr<Annotator>> teachers;
+  teachers.push_back(std::move(first));
+  teachers.push_back(std::move(second));
+  return ClipAnnotator::Create(std::move(teachers), {0, 1});
+}
 
 std::vector<double> Answers(Annotator& annotator, const Rows& rows) {
   std::vector<double> targets(rows.bases.size());
@@ -129,26 +142,44 @@ TEST(ClipAnnotator, IsAnotherTeacherWhereOneOfThemIs) {
 }
 
 TEST(ClipAnnotator, HasTheLargestSpreadAndTheFewestRowsOfItsTeachers) {
-  const auto first = LocalAnnotator::Create(Toy(1), 1).value();
-  const auto two = MakeTwo();
+  const auto annotator = MakeDescribed(
+      std::make_unique<Described>("a", 5, 64, std::vector<double>{0.1, 0.4}),
+      std::make_unique<Described>("b", 5, 32, std::vector<double>{0.3, 0.2}));
 
-  for (size_t j = 0; j < 3; ++j) {
-    EXPECT_GE(two->spread()[j], first->spread()[j]);
-    EXPECT_GT(two->spread()[j], 0);
-  }
-  EXPECT_EQ(two->description().max_rows(), first->description().max_rows());
+  ASSERT_THAT(annotator, IsOk());
+  EXPECT_THAT((*annotator)->spread(), ElementsAre(0.3, 0.4));
+  EXPECT_EQ((*annotator)->description().max_rows(), 32);
+}
+
+TEST(ClipAnnotator, SaysWhoseRowsWereNotLabelled) {
+  const auto annotator = MakeDescribed(
+      std::make_unique<Described>("a", 1, 64, std::vector<double>{0.1}),
+      std::make_unique<Described>("b", 1, 64, std::vector<double>{0.1}));
+  ASSERT_THAT(annotator, IsOk());
+  const std::vector<float> observations(3);
+  const std::vector<double> bases(3);
+  const std::vector<int32_t> clips = {1, 0, 1};
+  std::vector<double> targets(3);
+
+  EXPECT_THAT(
+      (*annotator)
+          ->Annotate(
+              {.observations = observations, .bases = bases, .clips = clips},
+              absl::MakeSpan(targets)),
+      StatusIs(absl::StatusCode::kUnavailable,
+               "of the 1 rows of its clips: teacher away"));
 }
 
 TEST(ClipAnnotator, RefusesTeachersOfDifferentWidths) {
-  std::vector<std::unique_ptr<Annotator>> teachers;
-  teachers.push_back(LocalAnnotator::Create(Toy(1), 1).value());
-  teachers.push_back(std::make_unique<Narrow>());
+  const std::vector<double> spread(3, 0.1);
 
-  EXPECT_THAT(ClipAnnotator::Create(std::move(teachers), {0, 1}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("teacher narrow"),
-                             HasSubstr("expected 21 observation and 3 action"),
-                             HasSubstr("found 20 and 3"))));
+  EXPECT_THAT(
+      MakeDescribed(std::make_unique<Described>("wide", 21, 64, spread),
+                    std::make_unique<Described>("narrow", 20, 64, spread)),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               AllOf(HasSubstr("teacher narrow"),
+                     HasSubstr("expected 21 observation and 3 action"),
+                     HasSubstr("found 20 and 3"))));
 }
 
 TEST(ClipAnnotator, RefusesTablesThatNameNoTeacher) {

@@ -11,6 +11,7 @@
 #include "absl/types/span.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
+#include "teacher/client/rows.h"
 
 namespace sinew::learner {
 namespace {
@@ -22,16 +23,6 @@ std::vector<int64_t> ValidRows(const SegmentView& view) {
     if (view.valid[row] != 0) rows.push_back(row);
   }
   return rows;
-}
-
-// Appends the rows of a column of that width.
-template <typename T>
-void Append(absl::Span<const T> column, int64_t width,
-            absl::Span<const int64_t> rows, std::vector<T>& into) {
-  for (const int64_t row : rows) {
-    const auto values = column.subspan(row * width, width);
-    into.insert(into.end(), values.begin(), values.end());
-  }
 }
 
 // A column of that width has finite numbers alone.
@@ -158,10 +149,12 @@ absl::StatusOr<std::vector<double>> AskTargets(
   std::vector<int32_t> clips;
   for (size_t s = 0; s < segments.size(); ++s) {
     const std::vector<int64_t> rows = ValidRows(views[s]);
-    Append(views[s].observation, shape.observation, rows, observations);
-    Append(ColumnOf<double>(*segments[s], column::kTeacherBase), shape.action,
-           rows, bases);
-    Append(ColumnOf<int32_t>(*segments[s], column::kClip), 1, rows, clips);
+    teacher::AppendRows(views[s].observation, shape.observation, rows,
+                        observations);
+    teacher::AppendRows(ColumnOf<double>(*segments[s], column::kTeacherBase),
+                        shape.action, rows, bases);
+    teacher::AppendRows(ColumnOf<int32_t>(*segments[s], column::kClip), 1, rows,
+                        clips);
   }
   // An answer that leaves numbers out is none.
   std::vector<double> targets(bases.size(),

@@ -2,6 +2,7 @@
 #define SINEW_TEACHER_CLIENT_ROWS_H_
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -27,6 +28,16 @@ absl::Status CheckFiniteRows(absl::string_view name,
                              absl::Span<const float> values, int64_t width);
 absl::Status CheckFiniteRows(absl::string_view name,
                              absl::Span<const double> values, int64_t width);
+
+// Appends rows of `values`, which have that many columns.
+template <typename T>
+void AppendRows(absl::Span<const T> values, int64_t width,
+                absl::Span<const int64_t> rows, std::vector<T>& into) {
+  for (const int64_t row : rows) {
+    const auto one = values.subspan(row * width, width);
+    into.insert(into.end(), one.begin(), one.end());
+  }
+}
 
 }  // namespace sinew::teacher
 
