@@ -154,7 +154,7 @@ TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
     const auto end = train->Wait(absl::Minutes(2));
 
     ASSERT_TRUE(end.ok()) << rig.Output("run");
-    EXPECT_EQ(end->code, 1);
+    EXPECT_EQ(end->code, kFailed);
     EXPECT_THAT(rig.Output("run"), HasSubstr("teacher " + address));
   }
   const Served served(rig, "second", teacher, address);
@@ -179,6 +179,11 @@ TEST(DistillationTest, LearnsFromOneTeacherPerClip) {
   ASSERT_EQ(found.sources_size(), 2);
   EXPECT_NE(found.sources(0).manifest_sha256(),
             found.sources(1).manifest_sha256());
+  // Who labels what does not depend on the order, and matters.
+  rig.MustRun("swapped", rig.Train("swapped", 3, Taught(others, {turns})));
+  EXPECT_EQ(rig.FingerprintOf("swapped"), rig.FingerprintOf("run"));
+  rig.MustRun("one", rig.Train("one", 3, Taught(others)));
+  EXPECT_NE(rig.FingerprintOf("one"), rig.FingerprintOf("run"));
   EXPECT_FALSE(
       rig.Run("alone", rig.Train("alone", 1, Taught(turns, {turns}))).ok());
   EXPECT_THAT(rig.Output("alone"), HasSubstr("clip turn"));

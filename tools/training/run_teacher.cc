@@ -182,11 +182,8 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
         recipe.distillation().teacher_share(), " and ",
         absl::StrJoin(options.teachers, ", ")));
   }
-  SINEW_ASSIGN_OR_RETURN(RunTeacher result,
-                         one ? OpenOne(options, recipe, setup)
-                         : folders.empty()
-                             ? Connect(options, recipe, setup)
-                             : OpenSeveral(options, recipe, setup));
+  const auto open = one ? OpenOne : folders.empty() ? Connect : OpenSeveral;
+  SINEW_ASSIGN_OR_RETURN(RunTeacher result, open(options, recipe, setup));
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;
 }
