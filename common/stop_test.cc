@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <thread>
 
@@ -80,8 +81,20 @@ TEST(AwaitStop, ReturnsAtOnceWhenStopWasRequestedBefore) {
   stop.request_stop();
 
   AwaitStop(stop.get_token());
+}
 
-  EXPECT_TRUE(stop.stop_requested());
+TEST(AwaitStop, ReturnsNotBeforeStopIsRequested) {
+  StopSource stop;
+  std::atomic<bool> asked = false;
+  std::thread other([&] {
+    asked = true;
+    stop.request_stop();
+  });
+
+  AwaitStop(stop.get_token());
+
+  EXPECT_TRUE(asked);
+  other.join();
 }
 
 TEST(DieWithParent, RefusesWhenTheParentIsAnother) {

@@ -19,7 +19,9 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::MakeRecipe;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::Violation;
 using ::testing::HasSubstr;
 
 // The least that a student with a latent needs, and more.

@@ -8,7 +8,8 @@
 namespace sinew {
 
 // The fields in which two messages of a type differ, in a line: "modified:
-// physics_hz: 120 -> 240; added: ...". Empty: they are equal. Pure.
+// physics_hz: 120 -> 240; added: ...". Empty: they are equal. Pure; aborts for
+// messages of two types.
 std::string MessageDifferences(const google::protobuf::Message& expected,
                                const google::protobuf::Message& found);
 

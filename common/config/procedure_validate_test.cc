@@ -17,7 +17,9 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::MakeRecipe;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::Violation;
 using ::testing::ElementsAre;
 
 // The least that a procedure needs, and more.

@@ -15,7 +15,9 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::MakeRecipe;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::Violation;
 using ::testing::HasSubstr;
 
 TEST(Variants, AreAbsentFromARecipeThatDoesNotAskForThem) {
@@ -63,53 +65,57 @@ TEST(Variants, FillTheHumanoidColumnOfADrive) {
 class VariantViolation : public ::testing::TestWithParam<Violation> {};
 
 TEST_P(VariantViolation, IsRefusedByNameOfField) {
-  EXPECT_THAT(
-      ValidateRecipe(MakeRecipe(GetParam().assignments)),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               absl::StrCat("recipe field task.", GetParam().expected)));
+  EXPECT_THAT(ValidateRecipe(MakeRecipe(GetParam().assignments)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       absl::StrCat("recipe field ", GetParam().expected)));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Ranges, VariantViolation,
     ::testing::Values(
-        Violation{{"task.recovery.fallen_share=1.5"},
-                  "recovery.fallen_share: expected within [0, 1], found 1.5"},
+        Violation{
+            {"task.recovery.fallen_share=1.5"},
+            "task.recovery.fallen_share: expected within [0, 1], found 1.5"},
         Violation{
             {"task.recovery.fallen_share=0.75", "task.recovery.far_share=0.5"},
-            "recovery.far_share: expected at most 1 together with "
+            "task.recovery.far_share: expected at most 1 together with "
             "task.recovery.fallen_share, found 1.25"},
         Violation{{"task.recovery.far_share=0.5", "task.recovery.steps=-1"},
-                  "recovery.steps: expected within [1, 65536], found -1"},
+                  "task.recovery.steps: expected within [1, 65536], found -1"},
         Violation{
             {"task.recovery.far_share=0.5", "task.recovery.near_distance=4"},
-            "recovery.near_distance: expected <= "
+            "task.recovery.near_distance: expected <= "
             "task.recovery.far_distance (3), found 4"},
         Violation{{"task.randomisation.mass=1"},
-                  "randomisation.mass: expected within [0, 0.9], found 1"},
-        Violation{{"task.randomisation.joint_offset=-0.1"},
-                  "randomisation.joint_offset: expected within [0, 1], found "
-                  "-0.1"},
-        Violation{{"task.randomisation.joint_offset=1.5"},
-                  "randomisation.joint_offset: expected within [0, 1], found "
-                  "1.5"},
+                  "task.randomisation.mass: expected within [0, 0.9], found 1"},
+        Violation{
+            {"task.randomisation.joint_offset=-0.1"},
+            "task.randomisation.joint_offset: expected within [0, 1], found "
+            "-0.1"},
+        Violation{
+            {"task.randomisation.joint_offset=1.5"},
+            "task.randomisation.joint_offset: expected within [0, 1], found "
+            "1.5"},
         Violation{{"task.randomisation.push_impulse=2000"},
-                  "randomisation.push_impulse: expected within [0, 1000], "
+                  "task.randomisation.push_impulse: expected within [0, 1000], "
                   "found 2000"},
-        Violation{{"task.randomisation.push_interval=4000"},
-                  "randomisation.push_interval: expected within [0, 3600], "
-                  "found 4000"},
+        Violation{
+            {"task.randomisation.push_interval=4000"},
+            "task.randomisation.push_interval: expected within [0, 3600], "
+            "found 4000"},
         Violation{{"task.randomisation.push_seconds=4000"},
-                  "randomisation.push_seconds: expected within [0, 3600], "
+                  "task.randomisation.push_seconds: expected within [0, 3600], "
                   "found 4000"},
         Violation{{"task.recovery.far_offset=2000"},
-                  "recovery.far_offset: expected within [0, 1000], found "
+                  "task.recovery.far_offset: expected within [0, 1000], found "
                   "2000"},
-        Violation{{"task.recovery.far_distance=2000"},
-                  "recovery.far_distance: expected within [0, 1000], found "
-                  "2000"},
+        Violation{
+            {"task.recovery.far_distance=2000"},
+            "task.recovery.far_distance: expected within [0, 1000], found "
+            "2000"},
         Violation{{"task.randomisation.push_impulse=5",
                    "task.randomisation.push_seconds=3"},
-                  "randomisation.push_seconds: expected <= "
+                  "task.randomisation.push_seconds: expected <= "
                   "task.randomisation.push_interval (2), found 3"}));
 
 TEST(Variants, RefuseDrivesThatContradictEachOther) {

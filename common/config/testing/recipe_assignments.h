@@ -10,13 +10,13 @@
 #include "gmock/gmock.h"
 #include "proto/sinew/v1/recipe.pb.h"
 
-namespace sinew {
+namespace sinew::testing {
 
 // Assignments first, then defaults, as for a recipe from a file.
 inline v1::Recipe MakeRecipe(const std::vector<std::string>& assignments) {
   v1::Recipe recipe;
   for (const std::string& assignment : assignments) {
-    EXPECT_THAT(SetRecipeField(recipe, assignment), testing::IsOk());
+    EXPECT_THAT(SetRecipeField(recipe, assignment), IsOk());
   }
   return WithDefaults(recipe);
 }
@@ -32,6 +32,6 @@ inline void PrintTo(const Violation& violation, std::ostream* os) {
   *os << violation.assignments.front();
 }
 
-}  // namespace sinew
+}  // namespace sinew::testing
 
 #endif  // SINEW_COMMON_CONFIG_TESTING_RECIPE_ASSIGNMENTS_H_
