@@ -26,10 +26,10 @@ using Credits = std::map<std::string, std::vector<std::string>>;
 // "NAME: ORIGIN (LICENCE)", as bundles have it.
 void AddClip(absl::string_view clip, const std::set<std::string>& left_out,
              Credits* trained, Credits* others) {
-  const size_t colon = clip.find(": ");
   const std::string name(bundle::ClipNameOf(clip));
-  const std::string credit(
-      colon == absl::string_view::npos ? "unknown" : clip.substr(colon + 2));
+  const std::string credit(name.size() == clip.size()
+                               ? bundle::kUnknown
+                               : clip.substr(name.size() + 2));
   (left_out.contains(name) ? *others : *trained)[credit].push_back(name);
 }
 
@@ -241,8 +241,7 @@ std::string ReproduceChapter(const CardFacts& facts) {
       &text,
       "\nLIB holds the clips above (`sinew motion import`). The same build on "
       "the same class of processor gives the same bits after as many "
-      "iterations; "
-      "others are as good.\n");
+      "iterations; others are as good.\n");
   return text;
 }
 

@@ -27,10 +27,10 @@ Outcome RunProgram(std::vector<std::string> argv) {
                                          {"PYTHONDONTWRITEBYTECODE", "1"}},
                          .output_file = log});
   EXPECT_THAT(child, IsOk());
-  if (!child.ok()) return {.code = -1, .output = {}};
+  if (!child.ok()) return {};
   const auto status = (*child)->Wait(absl::Minutes(2));
   EXPECT_THAT(status, IsOk());
-  if (!status.ok()) return {.code = -1, .output = {}};
+  if (!status.ok()) return {};
   return {.code = status->code, .output = *ReadFile(log)};
 }
 

@@ -66,6 +66,7 @@ std::string MetricsText(const std::vector<Json>& rows) {
 void WriteRun(const std::string& folder) {
   v1::Recipe recipe = world::testing::ToyRecipe();
   recipe.set_name("toy_recipe");
+  SINEW_CHECK(RemoveRecursively(folder).ok());
   SINEW_CHECK(MakeDirectories(folder).ok());
   SINEW_CHECK(WriteFileAtomically(JoinPath(folder, "metrics.jsonl"),
                                   MetricsText(Rows(20)))

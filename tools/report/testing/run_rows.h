@@ -18,8 +18,8 @@ std::vector<Json> RowsWithCurriculum(int count);
 // metrics.jsonl with these rows.
 std::string MetricsText(const std::vector<Json>& rows);
 
-// A folder with the recipe "toy_recipe" and 20 rows: what a run leaves while it
-// trains. Aborts with a message on any error.
+// A folder, made anew, with the recipe "toy_recipe" and 20 rows: what a run
+// leaves while it trains. Aborts with a message on any error.
 void WriteRun(const std::string& folder);
 
 }  // namespace sinew::report::testing
