@@ -177,12 +177,22 @@ absl::Status CheckGraph(const Bundle& bundle) {
   return check.status();
 }
 
+absl::Status CheckProvenance(const Bundle& bundle) {
+  const v1::BundleProvenance& provenance = bundle.manifest.provenance();
+  if (provenance.clip_uses().empty()) return absl::OkStatus();
+  ManifestChecker check(bundle);
+  check.Equal("provenance.clip_uses: their number", provenance.clips_size(),
+              provenance.clip_uses_size());
+  return check.status();
+}
+
 }  // namespace
 
 absl::Status CheckBundle(const Bundle& bundle) {
   SINEW_RETURN_IF_ERROR(CheckTask(bundle));
   SINEW_RETURN_IF_ERROR(CheckCharacter(bundle));
   SINEW_RETURN_IF_ERROR(CheckWidths(bundle));
+  SINEW_RETURN_IF_ERROR(CheckProvenance(bundle));
   return CheckGraph(bundle);
 }
 

@@ -11,6 +11,7 @@
 #include "common/policy/safetensors.h"
 #include "common/policy/select_graphs.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/latent_graphs.h"
 #include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/world/observation.h"
@@ -93,6 +94,11 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   for (const std::string& licence : licences) {
     provenance.add_data_licences(licence);
   }
+  const ClipUses uses = ClipUsesOfRun(inputs.recipe.task().start(),
+                                      inputs.library, inputs.sources);
+  for (const std::string& clip : provenance.clips()) {
+    provenance.add_clip_uses(uses.at(std::string(ClipNameOf(clip))));
+  }
 }
 
 void AddProvenance(const ContentInputs& inputs, v1::BundleManifest& manifest) {
@@ -135,10 +141,6 @@ absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs) {
   SINEW_RETURN_IF_ERROR(AddTask(inputs, content.graph, manifest));
   AddProvenance(inputs, manifest);
   return content;
-}
-
-absl::string_view ClipNameOf(absl::string_view clip) {
-  return clip.substr(0, clip.find(": "));
 }
 
 }  // namespace sinew::bundle

@@ -216,6 +216,20 @@ TEST(ReadBundle, RefusesOtherBodiesAndCharacters) {
                HasSubstr("character: expected \"toy\", found \"tyo\"")));
 }
 
+TEST(ReadBundle, WantsAUseOfEveryClipOrOfNoneAsInOldBundles) {
+  EXPECT_THAT(
+      ReadEdited([](v1::BundleManifest& manifest) {
+        manifest.mutable_provenance()->mutable_clip_uses()->RemoveLast();
+      }),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("manifest.json: provenance.clip_uses: their "
+                         "number: expected 3, found 2")));
+  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
+                manifest.mutable_provenance()->clear_clip_uses();
+              }),
+              IsOk());
+}
+
 TEST(ReadBundle, RefusesPathsThatLeaveTheFolder) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 (*manifest.mutable_files())["../secret"] = std::string(64, '0');

@@ -52,6 +52,9 @@ TEST(WriteBundle, ReadsBackWhatWasWritten) {
               ElementsAre("turn: made for tests (Apache-2.0)",
                           "sway: made for tests (Apache-2.0)",
                           "tumble: made for tests (Apache-2.0)"));
+  EXPECT_THAT(bundle->manifest.provenance().clip_uses(),
+              ElementsAre(v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_TRAINED_ON,
+                          v1::CLIP_USE_TRAINED_ON));
   EXPECT_THAT(bundle->manifest.provenance().data_licences(),
               ElementsAre("Apache-2.0"));
   EXPECT_EQ(bundle->manifest.provenance().library_sha256(),

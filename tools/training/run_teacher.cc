@@ -10,7 +10,7 @@
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
-#include "deploy/bundle/content.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/motion.pb.h"
@@ -67,9 +67,12 @@ absl::StatusOr<RunTeacher> OpenOne(const RunTeacherOptions& options,
   return result;
 }
 
-// Names of the clips that a bundle labels: those that its starts were drawn
-// from, if its task names some, else all that its provenance names.
+// Names of the clips that a bundle labels: those that its own training drew
+// starts from; where it does not say, as bundles of old versions, those that
+// its task names, if it does, else all that its provenance names.
 std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
+  const bundle::ClipUses uses = bundle::ClipUsesOf(manifest.provenance());
+  if (!uses.empty()) return bundle::TrainedOn(uses);
   const auto& only = manifest.task().start().only_clips();
   if (!only.empty()) return {only.begin(), only.end()};
   std::set<std::string> names;
@@ -90,8 +93,8 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
       const auto [at, added] = teacher_of.emplace(clip, static_cast<int>(t));
       if (added) continue;
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected one bundle that names clip ", clip, ", found ",
-          folders[at->second], " and ", folders[t],
+          "--teacher: expected one bundle that was trained on clip ", clip,
+          ", found ", folders[at->second], " and ", folders[t],
           " (task.start.only_clips of a bundle's training says which of its "
           "library's clips are its own)"));
     }
@@ -104,7 +107,7 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
       result[c] = found->second;
     } else if (world::IsDrawn(recipe.task().start(), clip)) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected a bundle that names clip ", clip.name(),
+          "--teacher: expected a bundle that was trained on clip ", clip.name(),
           ", found none among ", absl::StrJoin(folders, ", ")));
     }
   }

@@ -10,6 +10,7 @@
 #include "common/status_macros.h"
 #include "tools/evaluation/figures_table.h"
 #include "tools/zoo/card_text.h"
+#include "tools/zoo/trained_on.h"
 
 namespace sinew::zoo {
 namespace {
