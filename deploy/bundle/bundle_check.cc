@@ -80,6 +80,9 @@ void CheckJoint(const std::string& field, const character::JointInfo& expected,
   compare("upper", expected.upper, found.upper());
   compare("default_position", expected.default_position,
           found.default_position());
+  if (found.has_action_scale()) {
+    compare("action_scale", expected.action_scale, found.action_scale());
+  }
 }
 
 std::vector<std::string> TrackedBodies(const character::Character& character) {

@@ -30,6 +30,7 @@ void AddJoints(const character::Character& character,
     to->set_lower(joint.lower);
     to->set_upper(joint.upper);
     to->set_default_position(joint.default_position);
+    to->set_action_scale(joint.action_scale);
   }
 }
 
