@@ -9,6 +9,7 @@
 #include "absl/types/span.h"
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
@@ -201,23 +202,29 @@ absl::Status CheckTeacher(const std::string& name,
   }
   // A step of the teacher's must last as long as the student's.
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue("control_hz", recipe.physics().control_hz(),
-                         teacher.control_hz())));
+      WithContext(SameValue("control_hz", recipe.physics().control_hz(),
+                            teacher.control_hz()),
+                  name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue("character_sha256", setup.character_sha256,
-                         teacher.character_sha256())));
+      WithContext(SameValue("character_sha256", setup.character_sha256,
+                            teacher.character_sha256()),
+                  name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameMessage("observation", recipe.task().observation(),
-                           teacher.observation())));
+      WithContext(SameMessage("observation", recipe.task().observation(),
+                              teacher.observation()),
+                  name));
+  SINEW_RETURN_IF_ERROR(WithContext(
+      SameValue<int64_t>("observation_width", setup.observation_width,
+                         teacher.observation_width()),
+      name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue<int64_t>("observation_width", setup.observation_width,
-                                  teacher.observation_width())));
-  SINEW_RETURN_IF_ERROR(
-      In(name, SameValue<int64_t>("action_width", setup.action_width,
-                                  teacher.action_width())));
-  return In(name, SameMessage("action (distillation.teacher_action)",
-                              recipe.distillation().teacher_action(),
-                              teacher.action()));
+      WithContext(SameValue<int64_t>("action_width", setup.action_width,
+                                     teacher.action_width()),
+                  name));
+  return WithContext(
+      SameMessage("action (distillation.teacher_action)",
+                  recipe.distillation().teacher_action(), teacher.action()),
+      name);
 }
 
 }  // namespace sinew::tools
