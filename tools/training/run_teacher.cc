@@ -34,13 +34,17 @@ struct LocalTeacher {
   teacher::TeacherPolicy policy;
 };
 
-absl::StatusOr<LocalTeacher> ReadLocal(const std::string& folder, int threads,
-                                       const v1::Recipe& recipe,
-                                       const TaskSetup& setup) {
+// On the threads of `beside`; null: on so many of its own.
+absl::StatusOr<LocalTeacher> ReadLocal(
+    const std::string& folder, int threads, const v1::Recipe& recipe,
+    const TaskSetup& setup, const teacher::LocalAnnotator* beside = nullptr) {
   LocalTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.policy, teacher::ReadTeacher(folder));
-  SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::LocalAnnotator::Create(
-                                               result.policy, threads));
+  SINEW_ASSIGN_OR_RETURN(
+      result.annotator,
+      beside == nullptr
+          ? teacher::LocalAnnotator::Create(result.policy, threads)
+          : teacher::LocalAnnotator::CreateBeside(*beside, result.policy));
   SINEW_RETURN_IF_ERROR(
       CheckTeacher(folder, result.annotator->description(), recipe, setup));
   return result;
@@ -121,9 +125,12 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
   RunTeacher result;
   std::vector<std::unique_ptr<teacher::Annotator>> teachers;
   std::vector<std::set<std::string>> clips_of;
+  const teacher::LocalAnnotator* first = nullptr;
   for (const std::string& folder : options.teachers) {
-    SINEW_ASSIGN_OR_RETURN(LocalTeacher local,
-                           ReadLocal(folder, options.threads, recipe, setup));
+    SINEW_ASSIGN_OR_RETURN(
+        LocalTeacher local,
+        ReadLocal(folder, options.threads, recipe, setup, first));
+    if (first == nullptr) first = local.annotator.get();
     result.sources.push_back(SourceOf(local.annotator->description()));
     clips_of.push_back(ClipsOf(local.policy.manifest));
     teachers.push_back(std::move(local.annotator));

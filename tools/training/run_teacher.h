@@ -41,7 +41,7 @@ struct RunTeacherOptions {
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
-  int threads = 1;  // of each bundle in this process; one works at a time
+  int threads = 1;  // of all bundles in this process; one works at a time
   rpc::Security security = {};
   StopToken stop = {};
 };
