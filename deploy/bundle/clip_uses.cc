@@ -1,5 +1,7 @@
 #include "deploy/bundle/clip_uses.h"
 
+#include "absl/strings/str_cat.h"
+#include "deploy/bundle/bundle.h"
 #include "sim/world/start.h"
 
 namespace sinew::bundle {
@@ -35,6 +37,11 @@ void AddSource(const v1::RunInputs::Source& source, ClipUses* uses) {
 }
 
 }  // namespace
+
+std::string ClipEntryOf(const v1::ClipInfo& clip) {
+  return absl::StrCat(clip.name(), ": ", OrUnknown(clip.provenance()), " (",
+                      OrUnknown(clip.licence()), ")");
+}
 
 absl::string_view ClipNameOf(absl::string_view clip) {
   return clip.substr(0, clip.find(": "));

@@ -22,7 +22,10 @@ namespace sinew::bundle {
 // By name of the clip.
 using ClipUses = std::map<std::string, v1::ClipUse>;
 
-// The clip's name in an entry of BundleProvenance.clips; part of `clip`.
+// A clip's entry in BundleProvenance.clips: "NAME: ORIGIN (LICENCE)".
+std::string ClipEntryOf(const v1::ClipInfo& clip);
+
+// The clip's name in an entry; part of `clip`.
 absl::string_view ClipNameOf(absl::string_view clip);
 
 // What a bundle says; empty where it does not, as bundles of old versions.

@@ -67,10 +67,6 @@ absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
   return absl::OkStatus();
 }
 
-std::string OrUnknown(const std::string& text) {
-  return text.empty() ? kUnknown : text;
-}
-
 // What went into the weights, directly or by way of other bundles.
 void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   std::set<std::string> licences = {
@@ -80,13 +76,13 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     if (known.insert(clip).second) provenance.add_clips(clip);
   };
   for (const v1::ClipInfo& clip : inputs.library.clips()) {
-    add(absl::StrCat(clip.name(), ": ", OrUnknown(clip.provenance()), " (",
-                     OrUnknown(clip.licence()), ")"));
+    add(ClipEntryOf(clip));
     licences.insert(OrUnknown(clip.licence()));
   }
   for (const v1::RunInputs::Source& source : inputs.sources) {
-    *provenance.add_sources() = source.bundle();
     for (const std::string& clip : source.clips()) add(clip);
+    if (!source.has_bundle()) continue;  // the run itself, and its own clips
+    *provenance.add_sources() = source.bundle();
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
     // Runs of older versions know a teacher elsewhere by its digest alone.

@@ -130,6 +130,29 @@ TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
                           v1::CLIP_USE_SOURCE_TRAINED_ON));
 }
 
+TEST(ExportRun, TakesItsOwnEarlierTrainingForNoOtherBundle) {
+  FinishedRun run;
+  LeaveOut({1}, run.toy);
+  v1::RunInputs::Source itself;
+  itself.add_clips("sway: made for tests (Apache-2.0)");
+  itself.add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {itself}),
+      IsOk());
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  const v1::BundleProvenance& made = bundle->manifest.provenance();
+  EXPECT_EQ(made.sources_size(), 0);
+  EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0"));
+  EXPECT_THAT(made.clip_uses(), ElementsAre(v1::CLIP_USE_TRAINED_ON,
+                                            v1::CLIP_USE_SOURCE_TRAINED_ON,
+                                            v1::CLIP_USE_TRAINED_ON));
+}
+
 TEST(ExportRun, SaysThatTheLicencesOfATeacherElsewhereAreUnknown) {
   const FinishedRun run;
   v1::RunInputs::Source source;
