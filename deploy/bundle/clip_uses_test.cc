@@ -6,6 +6,10 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/motion.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/run.pb.h"
 
 namespace sinew::bundle {
 namespace {

@@ -10,6 +10,7 @@
 #include "common/status_macros.h"
 #include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "sim/world/start.h"
 
 namespace sinew::tools {

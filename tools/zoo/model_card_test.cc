@@ -160,6 +160,22 @@ TEST_F(ModelCardTest, SaysWhatTheClipsWereToTraining) {
                              HasSubstr("| tumble | unknown | 0.")));
 }
 
+TEST_F(ModelCardTest, SaysWhereALeftOutClipWasTrainedOn) {
+  Evaluate();
+  const auto before = Card();
+  ASSERT_THAT(before, IsOk());
+  EXPECT_THAT(*before, Not(HasSubstr("this library leaves out")));
+  world::testing::LeaveOutOnDisk(2, options_.motions);
+  Evaluate();
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr("Of the clips that this library leaves "
+                                     "out, 1 were trained on."),
+                           HasSubstr("| tumble | trained on | 0.")));
+}
+
 TEST_F(ModelCardTest, SaysOfOldBundlesWhatTheirLibraryLeavesOut) {
   world::testing::LeaveOutOnDisk(1, options_.motions);
   const auto library = motion::Library::Load(options_.motions);
