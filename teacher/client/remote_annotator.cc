@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
-#include "common/rpc/status.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "teacher/client/answers.h"
 #include "teacher/client/part_queue.h"
@@ -210,9 +210,9 @@ absl::StatusOr<Introduction> AwaitIntroduction(
         absl::StrCat("connecting to ", replica.peer(), " was stopped"));
   }
   if (absl::IsCancelled(status)) {
-    return rpc::Annotate(result.status(),
-                         absl::StrCat("no answer within ",
-                                      absl::FormatDuration(options.patience)));
+    return WithContext(result.status(),
+                       absl::StrCat("no answer within ",
+                                    absl::FormatDuration(options.patience)));
   }
   if (!status.ok()) return status;
   return result;
