@@ -33,32 +33,63 @@ def _copts(copts):
         "//conditions:default": [],
     }) + copts
 
+# A test's own source runs once; what it tests is optimised as ever. Most of the
+# time of a cold build is compiling tests.
+TEST_COPTS = ["-O0"]
+
+def _precompiled(name):
+    """The flags and the dependency of a precompiled header of this package."""
+    return struct(
+        copts = select({
+            "//tools/build:precompiled": [
+                "-include-pch",
+                "$(BINDIR)/tools/build/%s.pch" % name,
+            ],
+            "//conditions:default": [],
+        }),
+        deps = select({
+            "//tools/build:precompiled": ["//tools/build:" + name],
+            "//conditions:default": [],
+        }),
+    )
+
 def sinew_cc_library(name, srcs = [], hdrs = [], deps = [], copts = [], features = [], **kwargs):
     """A library of own code; arguments are cc_library's."""
+    if not [src for src in srcs if src.endswith(".cc")]:
+        native.cc_library(
+            name = name,
+            srcs = srcs,
+            hdrs = hdrs,
+            copts = _copts(copts),
+            features = _FEATURES + features,
+            deps = deps,
+            **kwargs
+        )
+        return
+    precompiled = _precompiled(
+        "command_headers" if "@system//:cli11" in deps else "library_headers",
+    )
     native.cc_library(
         name = name,
         srcs = srcs,
         hdrs = hdrs,
-        copts = _copts(copts),
+        copts = _copts(copts) + precompiled.copts,
         features = _FEATURES + features,
-        deps = deps,
+        deps = deps + precompiled.deps,
         **kwargs
     )
 
 def sinew_cc_binary(name, srcs = [], deps = [], copts = [], features = [], **kwargs):
     """A program of own code; arguments are cc_binary's."""
+    precompiled = _precompiled("library_headers")
     native.cc_binary(
         name = name,
         srcs = srcs,
-        copts = _copts(copts),
+        copts = _copts(copts) + precompiled.copts,
         features = _FEATURES + features,
-        deps = deps,
+        deps = deps + precompiled.deps,
         **kwargs
     )
-
-# A test's own source runs once; what it tests is optimised as ever. Most of the
-# time of a cold build is compiling tests.
-_TEST_COPTS = ["-O0"]
 
 def sinew_cc_test(name, srcs = None, deps = [], data = [], copts = [], features = [], size = "small", main = True, **kwargs):
     """A GoogleTest program; gtest, gmock and their main need no mention.
@@ -74,17 +105,18 @@ def sinew_cc_test(name, srcs = None, deps = [], data = [], copts = [], features 
       main: False for a test with a main of its own.
       **kwargs: cc_test's other arguments.
     """
+    precompiled = _precompiled("test_headers")
     native.cc_test(
         name = name,
         size = size,
         srcs = srcs if srcs != None else [name + ".cc"],
-        copts = _copts(_TEST_COPTS + copts),
+        copts = _copts(TEST_COPTS + copts) + precompiled.copts,
         # Read by --config=asan and --config=tsan through their *_OPTIONS.
         data = data + ["//tools/build:suppressions"],
         features = _FEATURES + features,
         linkstatic = True,
         deps = deps + ["@system//:gmock", "@system//:gtest"] +
-               (["@system//:gtest_main"] if main else []),
+               (["@system//:gtest_main"] if main else []) + precompiled.deps,
         **kwargs
     )
 

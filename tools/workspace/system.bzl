@@ -34,6 +34,12 @@ _NEEDED = {
     "/usr/lib/llvm-19/bin/ld.lld": "lld-19",
 }
 
+# Of their headers much is in every source as well.
+_COMPILED_IN = [
+    "libc6-dev",
+    "libstdc++-12-dev",
+]
+
 def _system_impl(ctx):
     missing = {
         package: path
@@ -45,6 +51,12 @@ def _system_impl(ctx):
             ", ".join(missing.values()),
             " ".join(sorted(missing.keys())),
         ))
+
+    # What is compiled from these headers and kept belongs to these versions.
+    versions = ctx.execute(["dpkg-query", "--show"] + _NEEDED.values() + _COMPILED_IN)
+    if versions.return_code:
+        fail("@system: dpkg-query: " + versions.stderr)
+    ctx.file("packages.txt", versions.stdout, executable = False)
 
     # Eigen alone hides below a folder of its own.
     ctx.symlink("/usr/include/eigen3", "eigen3")
