@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "actor/prepared_snapshot.h"
 #include "actor/rollout.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/config/recipe.h"
@@ -47,6 +48,18 @@ v1::Recipe LatentRecipe() {
 struct LatentRig : RolloutRig {
   LatentRig() : RolloutRig(LatentRecipe()) { UseLatentPolicy(); }
 };
+
+TEST(LatentRollout, TheSnapshotTellsTheLatentsNoiseFromTheActions) {
+  LatentRig rig;
+
+  const ActingGraph& policy = rig.snapshot->policy();
+
+  EXPECT_THAT(policy.ports.noise, ElementsAre("noise", "action_noise"));
+  EXPECT_EQ(policy.ports.latent_noise, "latent_noise");
+  EXPECT_EQ(policy.latent_noise_width, kLatent);
+  EXPECT_EQ(policy.std, std::vector<double>(kJoints, rig.std));
+  EXPECT_EQ(RolloutRig().snapshot->policy().latent_noise_width, 0);
+}
 
 TEST(LatentRollout, FillsTheColumnsOfItsLayout) {
   LatentRig rig;

@@ -23,6 +23,7 @@
 #include "learner/ppo/batch.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/synthetic_segments.h"
+#include "learner/update/segment_view.h"
 
 namespace sinew::learner {
 namespace {
