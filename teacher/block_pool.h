@@ -30,6 +30,9 @@ class BlockPool {
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
 
+  // The caller included.
+  int workers() const { return static_cast<int>(threads_.size()) + 1; }
+
   // Calls task(worker, block) for blocks 0 ... blocks - 1, each once.
   void Run(int64_t blocks, Task task) SINEW_EXCLUDES(mu_);
 

@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/digest.h"
-#include "common/rpc/status.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "teacher/client/rows.h"
 
@@ -120,7 +120,7 @@ absl::Status ClipAnnotator::Ask(Annotator& teacher, const Rows& rows,
   std::vector<double> answers(bases.size());
   const absl::Status asked = teacher.Annotate(
       {.observations = observations, .bases = bases}, absl::MakeSpan(answers));
-  SINEW_RETURN_IF_ERROR(rpc::Annotate(
+  SINEW_RETURN_IF_ERROR(WithContext(
       asked, absl::StrCat("of the ", of_teacher.size(), " rows of its clips")));
   for (size_t i = 0; i < of_teacher.size(); ++i) {
     std::copy_n(answers.begin() + static_cast<int64_t>(i) * action, action,

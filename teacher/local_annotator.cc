@@ -71,6 +71,16 @@ absl::StatusOr<std::unique_ptr<LocalAnnotator>> LocalAnnotator::Create(
     return absl::InvalidArgumentError(
         absl::StrCat("threads: expected >= 1, found ", threads));
   }
+  return CreateOn(std::make_shared<BlockPool>(threads), policy);
+}
+
+absl::StatusOr<std::unique_ptr<LocalAnnotator>> LocalAnnotator::CreateBeside(
+    const LocalAnnotator& other, const TeacherPolicy& policy) {
+  return CreateOn(other.pool_, policy);
+}
+
+absl::StatusOr<std::unique_ptr<LocalAnnotator>> LocalAnnotator::CreateOn(
+    std::shared_ptr<BlockPool> pool, const TeacherPolicy& policy) {
   SINEW_RETURN_IF_ERROR(CheckFinite(policy.weights, "weights of the teacher"));
   SINEW_ASSIGN_OR_RETURN(
       const std::shared_ptr<const policy::WeightsPack> pack,
@@ -86,7 +96,7 @@ absl::StatusOr<std::unique_ptr<LocalAnnotator>> LocalAnnotator::Create(
       "action_width", policy.manifest.action_width(), ports.action_width));
   SINEW_ASSIGN_OR_RETURN(TargetLaw law, TargetLaw::Create(policy));
   std::vector<Workspace> workspaces;
-  for (int i = 0; i < threads; ++i) {
+  for (int i = 0; i < pool->workers(); ++i) {
     SINEW_ASSIGN_OR_RETURN(auto executor,
                            policy::Executor::Create(pack, kBlockRows));
     const int observation = executor->input_index(ports.observation);
@@ -95,20 +105,21 @@ absl::StatusOr<std::unique_ptr<LocalAnnotator>> LocalAnnotator::Create(
   }
   std::vector<double> spread = Spread(policy, *graph, law);
   v1::DescribeTeacherResponse description = Describe(policy.manifest, law);
-  return std::unique_ptr<LocalAnnotator>(
-      new LocalAnnotator(std::move(law), std::move(description),
-                         std::move(spread), std::move(workspaces)));
+  return std::unique_ptr<LocalAnnotator>(new LocalAnnotator(
+      std::move(law), std::move(description), std::move(spread),
+      std::move(workspaces), std::move(pool)));
 }
 
 LocalAnnotator::LocalAnnotator(TargetLaw law,
                                v1::DescribeTeacherResponse description,
                                std::vector<double> spread,
-                               std::vector<Workspace> workspaces)
+                               std::vector<Workspace> workspaces,
+                               std::shared_ptr<BlockPool> pool)
     : law_(std::move(law)),
       description_(std::move(description)),
       spread_(std::move(spread)),
       workspaces_(std::move(workspaces)),
-      pool_(static_cast<int>(workspaces_.size())) {}
+      pool_(std::move(pool)) {}
 
 absl::Status LocalAnnotator::Annotate(const Rows& rows,
                                       absl::Span<double> targets) {
@@ -119,7 +130,7 @@ absl::Status LocalAnnotator::Annotate(const Rows& rows,
       std::clamp((count + threads - 1) / threads, kLeastBlockRows, kBlockRows);
   const int64_t blocks = (count + size - 1) / size;
   std::vector<absl::Status> statuses(blocks);
-  pool_.Run(blocks, [&](int worker, int64_t block) {
+  pool_->Run(blocks, [&](int worker, int64_t block) {
     const int64_t first = block * size;
     statuses[block] = RunRows(workspaces_[worker], rows, first,
                               std::min(size, count - first), targets);

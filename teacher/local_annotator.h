@@ -23,8 +23,9 @@ namespace sinew::teacher {
 // on what shares a batch (executor.h), to the bit.
 //
 // Thread-safety: any thread; callers take turns, each with all threads.
-// Ownership: owns copies of everything. Blocking: Annotate computes. Errors: as
-// Annotator; Create.
+// Ownership: owns copies of everything; shares its threads with those that are
+// created beside it, whichever lives longest. Blocking: Annotate computes.
+// Errors: as Annotator; Create.
 class LocalAnnotator final : public Annotator {
  public:
   // INVALID_ARGUMENT: threads < 1; a graph without such ports, widths that
@@ -32,6 +33,11 @@ class LocalAnnotator final : public Annotator {
   // TargetLaw says. NOT_FOUND: no graph "policy".
   static absl::StatusOr<std::unique_ptr<LocalAnnotator>> Create(
       const TeacherPolicy& policy, int threads);
+
+  // Another one on the threads of `other`, whose callers then take turns with
+  // its own: several teachers of a process need no more threads than one.
+  static absl::StatusOr<std::unique_ptr<LocalAnnotator>> CreateBeside(
+      const LocalAnnotator& other, const TeacherPolicy& policy);
 
   // Its max_rows is that of int32: there is no limit.
   const v1::DescribeTeacherResponse& description() const override {
@@ -49,7 +55,11 @@ class LocalAnnotator final : public Annotator {
   };
 
   LocalAnnotator(TargetLaw law, v1::DescribeTeacherResponse description,
-                 std::vector<double> spread, std::vector<Workspace> workspaces);
+                 std::vector<double> spread, std::vector<Workspace> workspaces,
+                 std::shared_ptr<BlockPool> pool);
+
+  static absl::StatusOr<std::unique_ptr<LocalAnnotator>> CreateOn(
+      std::shared_ptr<BlockPool> pool, const TeacherPolicy& policy);
 
   // Rows [first, first + count).
   absl::Status RunRows(Workspace& workspace, const Rows& rows, int64_t first,
@@ -60,8 +70,8 @@ class LocalAnnotator final : public Annotator {
   const std::vector<double> spread_;
   // One per worker of the pool.
   std::vector<Workspace> workspaces_;
-  // Last: its threads use all of the above.
-  BlockPool pool_;
+  // Shared with those beside it. Its threads use the above while Annotate runs.
+  const std::shared_ptr<BlockPool> pool_;
 };
 
 }  // namespace sinew::teacher

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <thread>
 #include <vector>
 
 #include "common/build_info.h"
@@ -159,6 +160,31 @@ TEST(LocalAnnotator, GivesTheSameBytesWhateverThreadsAndBatches) {
       ASSERT_EQ(Annotate(*one, Row(rows, r, count)), want) << r;
     }
   }
+}
+
+TEST(LocalAnnotator, SharesItsThreadsWithThoseBesideIt) {
+  const ToyRows rows = MakeToyRows(301);
+  const std::vector<double> of_first =
+      Annotate(*Create(MakeToyTeacher(1)), rows.rows());
+  const std::vector<double> of_second =
+      Annotate(*Create(MakeToyTeacher(2)), rows.rows());
+  ASSERT_NE(of_first, of_second);
+  auto first = Create(MakeToyTeacher(1), 3);
+  auto beside = LocalAnnotator::CreateBeside(*first, MakeToyTeacher(2));
+  ASSERT_THAT(beside, IsOk());
+
+  {
+    const std::jthread other([&] {
+      for (int i = 0; i < 20; ++i) {
+        EXPECT_EQ(Annotate(*first, rows.rows()), of_first);
+      }
+    });
+    for (int i = 0; i < 20; ++i) {
+      EXPECT_EQ(Annotate(**beside, rows.rows()), of_second);
+    }
+  }
+  first.reset();
+  EXPECT_EQ(Annotate(**beside, rows.rows()), of_second);
 }
 
 TEST(LocalAnnotator, TakesNoRowsAtAll) {

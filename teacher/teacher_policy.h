@@ -18,8 +18,8 @@ struct TeacherPolicy {
   // Joints with gains and limits, action law, widths, digests.
   v1::BundleManifest manifest;
   // Radians per unit of action that joints have of their own
-  // (character::JointInfo::action_scale; manifests lack it), 0: as the action
-  // law says. One per joint.
+  // (character::JointInfo::action_scale; old manifests lack it), 0: as the
+  // action law says. One per joint.
   std::vector<double> joint_action_scales;
 };
 

@@ -5,7 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "common/rpc/status.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
@@ -48,8 +48,8 @@ absl::StatusOr<Engine::AssetsPtr> OrderInputs::LoadAssets(
   for (const v1::Asset& asset : assets.assets()) {
     absl::StatusOr<Blob> blob = Fetch(*from.assets, asset.sha256());
     if (!blob.ok()) {
-      return rpc::Annotate(blob.status(),
-                           absl::StrCat("asset \"", asset.role(), "\""));
+      return WithContext(blob.status(),
+                         absl::StrCat("asset \"", asset.role(), "\""));
     }
     by_role[asset.role()] = *std::move(blob);
   }
@@ -67,8 +67,8 @@ absl::StatusOr<Engine::SnapshotPtr> OrderInputs::LoadSnapshot(
   const absl::StatusOr<Blob> blob =
       Fetch(*from.snapshots, order.snapshot_sha256());
   if (!blob.ok()) {
-    return rpc::Annotate(blob.status(),
-                         absl::StrCat("snapshot ", order.snapshot_version()));
+    return WithContext(blob.status(),
+                       absl::StrCat("snapshot ", order.snapshot_version()));
   }
   return engine_.LoadSnapshot(**blob, order.snapshot_sha256(), assets);
 }

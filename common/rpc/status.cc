@@ -18,12 +18,6 @@ absl::Status FromGrpc(const grpc::Status& status, const std::string& peer) {
                       absl::StrCat(peer, ": ", status.error_message()));
 }
 
-absl::Status Annotate(const absl::Status& status, const std::string& context) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(context, ": ", status.message()));
-}
-
 bool IsTransient(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:

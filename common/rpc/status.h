@@ -15,9 +15,6 @@ grpc::Status ToGrpc(const absl::Status& status);
 // so that a reader knows who answered.
 absl::Status FromGrpc(const grpc::Status& status, const std::string& peer);
 
-// `status` with "context: " before its message; OK stays OK.
-absl::Status Annotate(const absl::Status& status, const std::string& context);
-
 // True for failures that say nothing about the request: the peer is away, was
 // too slow, or is short of something for now.
 bool IsTransient(const absl::Status& status);

@@ -50,6 +50,10 @@ struct Bundle {
 // What a manifest's provenance calls an origin or a licence that nobody named.
 inline constexpr char kUnknown[] = "unknown";
 
+inline std::string OrUnknown(const std::string& text) {
+  return text.empty() ? kUnknown : text;
+}
+
 // Reads and checks a bundle: version, digest of every file, graph, weights,
 // character and manifest that fit each other (joint order, gains, bodies,
 // widths), finite numbers. Blocks on the disk. NOT_FOUND (no such folder or

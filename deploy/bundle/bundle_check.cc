@@ -13,6 +13,7 @@
 #include "common/files.h"
 #include "common/policy/ports.h"
 #include "common/policy/validate.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/latent_graphs.h"
 #include "deploy/bundle/manifest.h"
@@ -22,13 +23,6 @@ namespace sinew::bundle {
 namespace {
 
 using google::protobuf::MessageLite;
-
-// Puts the file's name before an error of one of its parts.
-absl::Status In(const std::string& file, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(file, ": ", status.message()));
-}
 
 // Compares manifest fields and keeps the first difference.
 class ManifestChecker {
@@ -80,6 +74,9 @@ void CheckJoint(const std::string& field, const character::JointInfo& expected,
   compare("upper", expected.upper, found.upper());
   compare("default_position", expected.default_position,
           found.default_position());
+  if (found.has_action_scale()) {
+    compare("action_scale", expected.action_scale, found.action_scale());
+  }
 }
 
 std::vector<std::string> TrackedBodies(const character::Character& character) {
@@ -113,7 +110,7 @@ absl::Status CheckTask(const Bundle& bundle) {
   const v1::BundleManifest& manifest = bundle.manifest;
   const std::string file = JoinPath(bundle.directory, kManifestFile);
   const v1::Recipe recipe = TaskRecipe(manifest);
-  SINEW_RETURN_IF_ERROR(In(file, ValidateRecipe(recipe)));
+  SINEW_RETURN_IF_ERROR(WithContext(ValidateRecipe(recipe), file));
   ManifestChecker check(bundle);
   check.Equal("control_hz", recipe.physics().control_hz(),
               manifest.control_hz());
@@ -132,8 +129,8 @@ absl::Status CheckWidths(const Bundle& bundle) {
       manifest.observation(), static_cast<int>(character.tracked().size()),
       static_cast<int>(character.joints().size()),
       static_cast<int>(character.foot_bodies().size()));
-  SINEW_RETURN_IF_ERROR(
-      In(JoinPath(bundle.directory, kManifestFile), observation.status()));
+  SINEW_RETURN_IF_ERROR(WithContext(observation.status(),
+                                    JoinPath(bundle.directory, kManifestFile)));
   ManifestChecker check(bundle);
   check.Equal<int64_t>("observation_width", observation->width(),
                        manifest.observation_width());
@@ -150,16 +147,16 @@ absl::Status CheckWidths(const Bundle& bundle) {
 absl::Status CheckGraph(const Bundle& bundle) {
   const std::string weights = JoinPath(bundle.directory, kWeightsFile);
   const std::string file = JoinPath(bundle.directory, kGraphFile);
-  SINEW_RETURN_IF_ERROR(In(file, policy::ValidateGraph(bundle.graph)));
+  SINEW_RETURN_IF_ERROR(WithContext(policy::ValidateGraph(bundle.graph), file));
   SINEW_RETURN_IF_ERROR(CheckFinite(bundle.weights, weights));
-  SINEW_RETURN_IF_ERROR(
-      In(weights, policy::ValidateGraph(bundle.graph, bundle.weights)));
+  SINEW_RETURN_IF_ERROR(WithContext(
+      policy::ValidateGraph(bundle.graph, bundle.weights), weights));
   const auto ports = policy::FindPorts(bundle.graph, "policy");
   if (absl::IsNotFound(ports.status())) {
     return absl::InvalidArgumentError(
         absl::StrCat(file, ": ", ports.status().message()));
   }
-  SINEW_RETURN_IF_ERROR(In(file, ports.status()));
+  SINEW_RETURN_IF_ERROR(WithContext(ports.status(), file));
   SINEW_RETURN_IF_ERROR(CheckLatent(bundle));
   std::vector<std::string> names;
   for (const v1::Graph& graph : bundle.graph.graphs()) {
@@ -177,12 +174,22 @@ absl::Status CheckGraph(const Bundle& bundle) {
   return check.status();
 }
 
+absl::Status CheckProvenance(const Bundle& bundle) {
+  const v1::BundleProvenance& provenance = bundle.manifest.provenance();
+  if (provenance.clip_uses().empty()) return absl::OkStatus();
+  ManifestChecker check(bundle);
+  check.Equal("provenance.clip_uses: their number", provenance.clips_size(),
+              provenance.clip_uses_size());
+  return check.status();
+}
+
 }  // namespace
 
 absl::Status CheckBundle(const Bundle& bundle) {
   SINEW_RETURN_IF_ERROR(CheckTask(bundle));
   SINEW_RETURN_IF_ERROR(CheckCharacter(bundle));
   SINEW_RETURN_IF_ERROR(CheckWidths(bundle));
+  SINEW_RETURN_IF_ERROR(CheckProvenance(bundle));
   return CheckGraph(bundle);
 }
 

@@ -11,6 +11,7 @@
 #include "common/policy/safetensors.h"
 #include "common/policy/select_graphs.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/latent_graphs.h"
 #include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/world/observation.h"
@@ -29,6 +30,7 @@ void AddJoints(const character::Character& character,
     to->set_lower(joint.lower);
     to->set_upper(joint.upper);
     to->set_default_position(joint.default_position);
+    to->set_action_scale(joint.action_scale);
   }
 }
 
@@ -65,10 +67,6 @@ absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
   return absl::OkStatus();
 }
 
-std::string OrUnknown(const std::string& text) {
-  return text.empty() ? kUnknown : text;
-}
-
 // What went into the weights, directly or by way of other bundles.
 void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   std::set<std::string> licences = {
@@ -78,13 +76,13 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     if (known.insert(clip).second) provenance.add_clips(clip);
   };
   for (const v1::ClipInfo& clip : inputs.library.clips()) {
-    add(absl::StrCat(clip.name(), ": ", OrUnknown(clip.provenance()), " (",
-                     OrUnknown(clip.licence()), ")"));
+    add(ClipEntryOf(clip));
     licences.insert(OrUnknown(clip.licence()));
   }
   for (const v1::RunInputs::Source& source : inputs.sources) {
-    *provenance.add_sources() = source.bundle();
     for (const std::string& clip : source.clips()) add(clip);
+    if (!source.has_bundle()) continue;  // the run itself, and its own clips
+    *provenance.add_sources() = source.bundle();
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
     // Runs of older versions know a teacher elsewhere by its digest alone.
@@ -92,6 +90,11 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   }
   for (const std::string& licence : licences) {
     provenance.add_data_licences(licence);
+  }
+  const ClipUses uses = ClipUsesOfRun(inputs.recipe.task().start(),
+                                      inputs.library, inputs.sources);
+  for (const std::string& clip : provenance.clips()) {
+    provenance.add_clip_uses(uses.at(std::string(ClipNameOf(clip))));
   }
 }
 
@@ -135,10 +138,6 @@ absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs) {
   SINEW_RETURN_IF_ERROR(AddTask(inputs, content.graph, manifest));
   AddProvenance(inputs, manifest);
   return content;
-}
-
-absl::string_view ClipNameOf(absl::string_view clip) {
-  return clip.substr(0, clip.find(": "));
 }
 
 }  // namespace sinew::bundle

@@ -43,15 +43,13 @@ struct ContentInputs {
 // gains and limits, tracked bodies, layout and widths of the observation (and
 // of the latent, where the snapshot has graphs for one), action law, physics,
 // provenance. The sources' clips and licences stand behind the library's own,
-// each once; of a source that names no licence, the licence is "unknown".
-// Metrics are left unset. Deterministic.
+// each once; of a source that names no licence, the licence is "unknown". What
+// each clip was to training: ClipUsesOfRun (clip_uses.h). Metrics are left
+// unset. Deterministic.
 //
 // Thread-safety: pure. Blocking: never. Errors: INVALID_ARGUMENT naming what
 // does not fit: a snapshot that is none, its weights, a block of the recipe.
 absl::StatusOr<BundleContent> MakeContent(const ContentInputs& inputs);
-
-// The clip's name in an entry of BundleProvenance.clips; part of `clip`. Pure.
-absl::string_view ClipNameOf(absl::string_view clip);
 
 }  // namespace sinew::bundle
 

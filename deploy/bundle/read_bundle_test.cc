@@ -172,6 +172,22 @@ TEST(ReadBundle, RefusesAManifestWithOtherGains) {
                                  "expected 10, found 11")));
 }
 
+TEST(ReadBundle, ChecksActionScalesWhereTheManifestHasThem) {
+  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
+                manifest.mutable_joints(2)->set_action_scale(0.2);
+              }),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("joints[2].action_scale (hip_fr): expected "
+                                 "0.3, found 0.2")));
+  // As in bundles of old versions.
+  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
+                for (v1::BundleJoint& joint : *manifest.mutable_joints()) {
+                  joint.clear_action_scale();
+                }
+              }),
+              IsOk());
+}
+
 TEST(ReadBundle, RefusesAManifestWithOtherWidths) {
   EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
                 manifest.set_observation_width(67);
@@ -214,6 +230,20 @@ TEST(ReadBundle, RefusesOtherBodiesAndCharacters) {
           [](v1::BundleManifest& manifest) { manifest.set_character("tyo"); }),
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("character: expected \"toy\", found \"tyo\"")));
+}
+
+TEST(ReadBundle, WantsAUseOfEveryClipOrOfNoneAsInOldBundles) {
+  EXPECT_THAT(
+      ReadEdited([](v1::BundleManifest& manifest) {
+        manifest.mutable_provenance()->mutable_clip_uses()->RemoveLast();
+      }),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("manifest.json: provenance.clip_uses: their "
+                         "number: expected 3, found 2")));
+  EXPECT_THAT(ReadEdited([](v1::BundleManifest& manifest) {
+                manifest.mutable_provenance()->clear_clip_uses();
+              }),
+              IsOk());
 }
 
 TEST(ReadBundle, RefusesPathsThatLeaveTheFolder) {

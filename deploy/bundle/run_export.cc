@@ -112,6 +112,7 @@ v1::RunInputs::Source MakeSource(absl::string_view role,
   source.mutable_bundle()->set_manifest_sha256(manifest_sha256);
   *source.mutable_clips() = provenance.clips();
   *source.mutable_data_licences() = provenance.data_licences();
+  *source.mutable_clip_uses() = provenance.clip_uses();
   return source;
 }
 

@@ -38,8 +38,8 @@ absl::Status SaveRunInputs(
 // What SaveRunInputs has written. NOT_FOUND, INVALID_ARGUMENT.
 absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run);
 
-// A bundle as a source: "primitive", "teacher" or "init", with the clips and
-// licences of its own provenance. Pure.
+// A bundle as a source: "primitive", "teacher" or "init", with the clips, their
+// uses and the licences of its own provenance. Pure.
 v1::RunInputs::Source MakeSource(absl::string_view role,
                                  const std::string& manifest_sha256,
                                  const v1::BundleProvenance& provenance);

@@ -99,6 +99,58 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
                                         "tumble: made for tests (Apache-2.0)",
                                         "run: a studio (CC-BY-4.0)"));
   EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0", "CC-BY-4.0"));
+  // What the teacher does not say of its clips.
+  EXPECT_THAT(made.clip_uses(),
+              ElementsAre(v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_TRAINED_ON,
+                          v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_UNKNOWN));
+}
+
+TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
+  FinishedRun run;
+  LeaveOut({1, 2}, run.toy);
+  v1::BundleManifest teacher;
+  teacher.mutable_provenance()->add_clips("tumble: a studio (CC-BY-4.0)");
+  teacher.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {MakeSource("teacher", teacher)}),
+      IsOk());
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(bundle->manifest.provenance().clips(),
+              ElementsAre(StartsWith("turn: "), StartsWith("sway: "),
+                          "tumble: made for tests (Apache-2.0)",
+                          "tumble: a studio (CC-BY-4.0)"));
+  EXPECT_THAT(bundle->manifest.provenance().clip_uses(),
+              ElementsAre(v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_LEFT_OUT,
+                          v1::CLIP_USE_SOURCE_TRAINED_ON,
+                          v1::CLIP_USE_SOURCE_TRAINED_ON));
+}
+
+TEST(ExportRun, TakesItsOwnEarlierTrainingForNoOtherBundle) {
+  FinishedRun run;
+  LeaveOut({1}, run.toy);
+  v1::RunInputs::Source itself;
+  itself.add_clips("sway: made for tests (Apache-2.0)");
+  itself.add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  ASSERT_THAT(
+      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
+                    *run.toy.library, {itself}),
+      IsOk());
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  const v1::BundleProvenance& made = bundle->manifest.provenance();
+  EXPECT_EQ(made.sources_size(), 0);
+  EXPECT_THAT(made.data_licences(), ElementsAre("Apache-2.0"));
+  EXPECT_THAT(made.clip_uses(), ElementsAre(v1::CLIP_USE_TRAINED_ON,
+                                            v1::CLIP_USE_SOURCE_TRAINED_ON,
+                                            v1::CLIP_USE_TRAINED_ON));
 }
 
 TEST(ExportRun, SaysThatTheLicencesOfATeacherElsewhereAreUnknown) {

@@ -1,11 +1,14 @@
 // Bundles are written whole, and read back equal.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/strings/match.h"
+#include "absl/types/span.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/safetensors.h"
@@ -17,6 +20,8 @@
 #include "deploy/bundle/testing/toy_folder.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "sim/world/action.h"
 
 namespace sinew::bundle {
 namespace {
@@ -52,10 +57,50 @@ TEST(WriteBundle, ReadsBackWhatWasWritten) {
               ElementsAre("turn: made for tests (Apache-2.0)",
                           "sway: made for tests (Apache-2.0)",
                           "tumble: made for tests (Apache-2.0)"));
+  EXPECT_THAT(bundle->manifest.provenance().clip_uses(),
+              ElementsAre(v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_TRAINED_ON,
+                          v1::CLIP_USE_TRAINED_ON));
   EXPECT_THAT(bundle->manifest.provenance().data_licences(),
               ElementsAre("Apache-2.0"));
   EXPECT_EQ(bundle->manifest.provenance().library_sha256(),
             Toy().library->digest());
+}
+
+// What a robot team computes: from the manifest, without the character's files.
+double TargetOf(const v1::BundleManifest& manifest, int j, float action) {
+  const v1::BundleJoint& joint = manifest.joints(j);
+  const v1::Action& law = manifest.action();
+  const double strength =
+      law.strength_scale() * joint.torque_limit() / joint.stiffness();
+  const double scale = joint.action_scale() > 0 ? joint.action_scale()
+                       : strength > 0           ? strength
+                                                : law.scale();
+  const double unit =
+      std::clamp(static_cast<double>(action), -law.clip(), law.clip());
+  return std::clamp(joint.default_position() + scale * unit,
+                    joint.lower() - law.range_margin(),
+                    joint.upper() + law.range_margin());
+}
+
+TEST(WriteBundle, SaysAllThatTakesAnActionToATarget) {
+  const auto bundle = ReadBundle(WriteToy());
+  ASSERT_THAT(bundle, IsOk());
+  ASSERT_EQ(bundle->manifest.joints_size(), 4);
+  EXPECT_EQ(bundle->manifest.joints(2).action_scale(), 0.3);
+  EXPECT_TRUE(bundle->manifest.joints(0).has_action_scale());
+  const world::ActionLaw law(Toy().recipe.task().action(),
+                             Toy().character->joints());
+  const std::vector<double> q(4, 0.2);
+  for (const float unit : {-40.0F, -0.7F, 0.0F, 1.3F, 40.0F}) {
+    const std::vector<float> action(4, unit);
+    std::vector<double> targets(4);
+    // Where no reference is to be seen, around the default pose.
+    law.Target(q, /*next=*/nullptr, action, absl::MakeSpan(targets));
+
+    for (int j = 0; j < 4; ++j) {
+      EXPECT_DOUBLE_EQ(TargetOf(bundle->manifest, j, unit), targets[j]) << unit;
+    }
+  }
 }
 
 TEST(WriteBundle, GivesBackTheRecipeOfItsTask) {

@@ -6,6 +6,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/chunks.h"
 #include "common/rpc/status.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "replay/client/segment_stream.h"
 
@@ -100,7 +101,7 @@ absl::StatusOr<std::vector<SegmentPtr>> ReplayClient::Take(
   while (status.ok() && reader->Read(&chunk)) status = collector.Add(chunk);
   if (!status.ok()) context.TryCancel();
   const absl::Status finished = rpc::FromGrpc(reader->Finish(), options_.peer);
-  SINEW_RETURN_IF_ERROR(rpc::Annotate(status, options_.peer));
+  SINEW_RETURN_IF_ERROR(WithContext(status, options_.peer));
   SINEW_RETURN_IF_ERROR(stop.stop_requested() ? finished
                                               : AwayIfCancelled(finished));
   return collector.Finish(order_ids.size());

@@ -14,6 +14,7 @@
 #include "common/files.h"
 #include "common/policy/safetensors.h"
 #include "deploy/bundle/bundle.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tests/testing/training_rig.h"
 
@@ -118,6 +119,13 @@ TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
   }
   // From here on it is the run's library.
   rig.MustRun("fourth", rig.Train("run", 6));
+  // But what it was trained on before is not called left out.
+  const auto bundle = bundle::ReadBundle(rig.Path("run/bundle"));
+  ASSERT_TRUE(bundle.ok()) << bundle.status();
+  const v1::BundleProvenance& provenance = bundle->manifest.provenance();
+  ASSERT_EQ(provenance.clip_uses_size(), 3);
+  EXPECT_EQ(provenance.clip_uses(1), v1::CLIP_USE_TRAINED_ON);
+  EXPECT_EQ(provenance.clip_uses(2), v1::CLIP_USE_SOURCE_TRAINED_ON);
 }
 
 // Flips the last bit of the fallen states in a store's folder.

@@ -5,6 +5,7 @@
 
 #include "common/files.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/clip_uses.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/evaluation_json.h"
 #include "tools/evaluation/rejected_clips.h"
@@ -34,7 +35,8 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
       .manifest_sha256 = loaded.manifest.manifest_sha256(),
       .motions = motions,
       .rejected_clips = RejectedClips(
-          motions, loaded.subject.library().manifest().clips_size())};
+          motions, loaded.subject.library().manifest().clips_size()),
+      .clip_uses = bundle::ClipUsesOf(loaded.manifest.provenance())};
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       out, EvaluationJson(loaded.subject, options, source, evaluation)));
   return EvaluationFigures{.policy = std::move(evaluation.policy),

@@ -96,7 +96,15 @@ Json ProfileObject(const ErrorProfile& profile, size_t bodies, double seconds) {
   return {{"seconds", seconds}, {"body_mm", std::move(rows)}};
 }
 
-Json Clips(const Subject& subject, const Evaluation& evaluation) {
+// What a clip was to the training of a bundle that says so of its own.
+std::string UseOf(const std::string& clip, const bundle::ClipUses& uses) {
+  const auto use = uses.find(clip);
+  return use == uses.end() ? "not in training"
+                           : std::string(bundle::WordsOf(use->second));
+}
+
+Json Clips(const Subject& subject, const bundle::ClipUses& uses,
+           const Evaluation& evaluation) {
   const v1::MotionLibrary& library = subject.library().manifest();
   Json clips = Json::array();
   for (size_t i = 0; i < evaluation.policy.clips.size(); ++i) {
@@ -106,6 +114,7 @@ Json Clips(const Subject& subject, const Evaluation& evaluation) {
     clip.update(ClipObject(summary));
     clip["loops"] = info.loops();
     if (info.left_out()) clip["left_out"] = true;
+    if (!uses.empty()) clip["use"] = UseOf(info.name(), uses);
     clip["zero_action"] = ClipObject(evaluation.zero_action.clips[i]);
     if (i < evaluation.profiles.size()) {
       clip["profile"] = ProfileObject(
@@ -153,6 +162,7 @@ Json Definitions(const Subject& subject) {
       {"body_mm", "e_g_mpjpe of each body, in the order of bodies, mm"},
       {"failed_at_frame", "earliest failure, counted from its start; -1: none"},
       {"frames", "compared, over all starts; errors are means over them"},
+      {"use", "what a clip was to the training of the bundle, as it says"},
       {"zero_action",
        "the same task with action 0: targets are where the bundle's action law "
        "places them by itself (action.placement of its manifest): at the "
@@ -181,7 +191,7 @@ std::string EvaluationJson(const Subject& subject,
                {"overall", SetObject(evaluation.policy.overall)},
                {"successful", SetObject(evaluation.policy.successful)},
                {"zero_action", SetObject(evaluation.zero_action.overall)},
-               {"clips", Clips(subject, evaluation)},
+               {"clips", Clips(subject, source.clip_uses, evaluation)},
                {"seconds", options.seconds},
                {"starts_per_clip", options.starts},
                {"frames_per_second", library.manifest().frames_per_second()},

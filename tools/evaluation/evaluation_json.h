@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "deploy/bundle/clip_uses.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/evaluation/subject.h"
 
@@ -16,6 +17,8 @@ struct EvaluationSource {
   std::string motions;          // library folder
   // Clips that the library's import turned away (rejected_clips.h).
   std::optional<int> rejected_clips = std::nullopt;
+  // What the bundle says of its clips; empty: nothing.
+  bundle::ClipUses clip_uses = {};
 };
 
 // The file that `sinew eval` writes: JSON, two spaces, ends with a newline.
@@ -35,7 +38,10 @@ struct EvaluationSource {
 //   clips     per clip: name, success, starts, succeeded_starts, frames,
 //             failed_at_frame, the four errors, body_mm, `zero_action` with
 //             the same fields, and for the first clips `profile`: error of
-//             each body over the clip, {seconds, body_mm[body][bin]}.
+//             each body over the clip, {seconds, body_mm[body][bin]}. Where the
+//             bundle says so also `use`, what the clip was to its training:
+//             WordsOf (deploy/bundle/clip_uses.h), or "not in training" of a
+//             clip that it does not name. Sets go by the library's `left_out`.
 //   fallen    only where it was asked for: starts, seed, clips, seconds,
 //             reference_stands_seconds, recovered_3_s, recovered_5_s,
 //             `zero_action` with the last two (fallen_figures.h).

@@ -10,6 +10,7 @@
 #include "common/check.h"
 #include "common/policy/builder.h"
 #include "common/testing/matchers.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/evaluation_json.h"
 #include "tools/evaluation/recording.h"
@@ -188,6 +189,27 @@ TEST(Evaluation, TellsWhichClipsAreLeftOut) {
   EXPECT_EQ(file["left_out"]["clips"], 1);
   EXPECT_FALSE(file["clips"][0].contains("left_out"));
   EXPECT_EQ(file["clips"][1]["left_out"], true);
+}
+
+TEST(Evaluation, SaysWhatClipsWereToABundleThatSaysSo) {
+  const Subject subject = RandomSubject();
+  const EvaluationOptions options = {.starts = 1, .seconds = 0.5};
+  const auto evaluation = Evaluate(subject, options, StopToken());
+  ASSERT_THAT(evaluation, IsOk());
+  const auto clips = [&](const EvaluationSource& source) {
+    return Json::parse(
+        EvaluationJson(subject, options, source, *evaluation))["clips"];
+  };
+  EXPECT_FALSE(clips({})[0].contains("use"));
+
+  EvaluationSource source;
+  source.clip_uses = {{"turn", v1::CLIP_USE_TRAINED_ON},
+                      {"sway", v1::CLIP_USE_LEFT_OUT}};
+  const Json said = clips(source);
+
+  EXPECT_EQ(said[0]["use"], "trained on");
+  EXPECT_EQ(said[1]["use"], "left out");
+  EXPECT_EQ(said[2]["use"], "not in training");
 }
 
 TEST(Evaluation, AClipSucceedsOnlyIfAllItsStartsDo) {

@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "common/files.h"
-#include "common/rpc/status.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "common/temporary_folder.h"
 #include "deploy/checkpoint/folder_files.h"
@@ -29,7 +29,7 @@ absl::StatusOr<evaluation::BundleSubject> Load(
   const std::string folder = JoinPath(scratch->path(), "bundle");
   SINEW_RETURN_IF_ERROR(checkpoint::WriteFolder(files, folder));
   auto loaded = evaluation::LoadBundleSubject(folder, options.motions);
-  SINEW_RETURN_IF_ERROR(rpc::Annotate(loaded.status(), what));
+  SINEW_RETURN_IF_ERROR(WithContext(loaded.status(), what));
   return loaded;
 }
 
@@ -39,7 +39,7 @@ absl::StatusOr<SetSummary> Evaluate(const std::string& what,
                                     const StopToken& stop) {
   auto summary =
       evaluation::EvaluatePolicy(bundle.subject, options.evaluation, stop);
-  SINEW_RETURN_IF_ERROR(rpc::Annotate(summary.status(), what));
+  SINEW_RETURN_IF_ERROR(WithContext(summary.status(), what));
   return std::move(summary->overall);
 }
 
@@ -53,8 +53,8 @@ absl::StatusOr<evaluation::BundleSubject> LoadIncumbent(
   SINEW_ASSIGN_OR_RETURN(evaluation::BundleSubject incumbent,
                          Load(what, files, options));
   SINEW_RETURN_IF_ERROR(
-      rpc::Annotate(CheckSuccession(incumbent.manifest, candidate),
-                    absl::StrCat(options.bundle, ": cannot follow ", what)));
+      WithContext(CheckSuccession(incumbent.manifest, candidate),
+                  absl::StrCat(options.bundle, ": cannot follow ", what)));
   return incumbent;
 }
 

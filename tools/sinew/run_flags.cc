@@ -31,7 +31,7 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
   command.add_option(
       "--teacher", flags.teachers,
       "who labels a distillation: a bundle; several, each for "
-      "the clips that it names; or addresses of `sinew teacher`");
+      "the clips that it was trained on; or addresses of `sinew teacher`");
   command
       .add_option("--teacher-patience", flags.teacher_patience,
                   "seconds to go on asking teachers elsewhere while none of "

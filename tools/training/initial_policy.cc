@@ -13,6 +13,7 @@
 #include "common/policy/builder.h"
 #include "common/policy/validate.h"
 #include "common/rpc/credentials.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/run_export.h"
@@ -132,12 +133,13 @@ absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
   const std::string& directory = policy.init;
   SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
                          bundle::ReadBundle(directory));
-  SINEW_RETURN_IF_ERROR(In(directory, CheckTask(bundle, recipe, setup)));
   SINEW_RETURN_IF_ERROR(
-      In(directory, SameNetwork(learner.graph(), bundle.graph)));
+      WithContext(CheckTask(bundle, recipe, setup), directory));
+  SINEW_RETURN_IF_ERROR(
+      WithContext(SameNetwork(learner.graph(), bundle.graph), directory));
   TensorMap weights = bundle.weights;
   weights.insert(policy.critic.begin(), policy.critic.end());
-  SINEW_RETURN_IF_ERROR(In(directory, learner.InitFrom(weights)));
+  SINEW_RETURN_IF_ERROR(WithContext(learner.InitFrom(weights), directory));
   LogInfo("weights taken", {{"bundle", directory}});
   return absl::OkStatus();
 }
@@ -149,7 +151,8 @@ absl::Status TakePrimitives(const std::vector<std::string>& directories,
   for (const std::string& directory : directories) {
     SINEW_ASSIGN_OR_RETURN(bundle::Bundle bundle,
                            bundle::ReadBundle(directory));
-    SINEW_RETURN_IF_ERROR(In(directory, CheckPrimitive(bundle, recipe, setup)));
+    SINEW_RETURN_IF_ERROR(
+        WithContext(CheckPrimitive(bundle, recipe, setup), directory));
     primitives.push_back({directory, std::move(bundle.weights)});
   }
   SINEW_RETURN_IF_ERROR(learner.InitFromPrimitives(primitives));

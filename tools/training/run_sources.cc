@@ -1,12 +1,17 @@
 #include "tools/training/run_sources.h"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "sim/world/start.h"
 
 namespace sinew::tools {
 namespace {
@@ -49,6 +54,19 @@ std::optional<Sources> SourcesBefore(const std::string& run,
   return std::nullopt;
 }
 
+// Names of the clips that starts were drawn from.
+std::set<std::string> DrawnBefore(const v1::CurriculumTable& table,
+                                  const v1::Start& start) {
+  std::set<std::string> names;
+  for (const v1::CurriculumTable::Clip& clip : table.clips()) {
+    v1::ClipInfo info;
+    info.set_name(clip.name());
+    info.set_left_out(clip.left_out());
+    if (world::IsDrawn(start, info)) names.insert(clip.name());
+  }
+  return names;
+}
+
 }  // namespace
 
 absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
@@ -68,6 +86,25 @@ absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
                    teacher->sources.end());
   }
   return sources;
+}
+
+void AddEarlierTraining(const v1::CurriculumTable& before,
+                        const v1::Start& start,
+                        const v1::MotionLibrary& library, Sources* sources) {
+  const std::set<std::string> drawn = DrawnBefore(before, start);
+  const bundle::ClipUses uses = bundle::ClipUsesOfRun(start, library, *sources);
+  v1::RunInputs::Source earlier;
+  for (const v1::ClipInfo& clip : library.clips()) {
+    if (!drawn.contains(clip.name())) continue;
+    const auto use = uses.find(std::string(bundle::ClipNameOf(clip.name())));
+    if (use->second == v1::CLIP_USE_TRAINED_ON ||
+        use->second == v1::CLIP_USE_SOURCE_TRAINED_ON) {
+      continue;
+    }
+    earlier.add_clips(bundle::ClipEntryOf(clip));
+    earlier.add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  }
+  if (earlier.clips_size() > 0) sources->push_back(std::move(earlier));
 }
 
 }  // namespace sinew::tools

@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "proto/sinew/v1/motion.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/run.pb.h"
+#include "proto/sinew/v1/snapshot.pb.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/run_teacher.h"
 
@@ -24,6 +27,16 @@ absl::StatusOr<std::vector<v1::RunInputs::Source>> RunSources(
     const std::string& run, bool resumed,
     const std::optional<std::vector<v1::RunInputs::Source>>& moved,
     const InitialPolicy& initial, const std::optional<RunTeacher>& teacher);
+
+// Adds a source without a bundle to those of a run that is resumed: clips of
+// its library that it drew starts from before, as the table of its state says,
+// and that neither it nor a source draws from any more. None, nothing is added.
+// So a bundle does not call a clip left out that its run was trained on with an
+// earlier library. Pure.
+void AddEarlierTraining(const v1::CurriculumTable& before,
+                        const v1::Start& start,
+                        const v1::MotionLibrary& library,
+                        std::vector<v1::RunInputs::Source>* sources);
 
 }  // namespace sinew::tools
 

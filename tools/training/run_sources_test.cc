@@ -11,8 +11,13 @@
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/motion.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/snapshot.pb.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::tools {
@@ -21,7 +26,9 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 // A toy world with a bundle in it, and a run's folder.
 struct Fixture {
@@ -135,6 +142,55 @@ TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
                          f.Teacher("novice")),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr("expert"), HasSubstr("novice"))));
+}
+
+v1::CurriculumTable Table(const std::vector<std::string>& drawn,
+                          const std::string& left_out) {
+  v1::CurriculumTable table;
+  for (const std::string& name : drawn) table.add_clips()->set_name(name);
+  v1::CurriculumTable::Clip& other = *table.add_clips();
+  other.set_name(left_out);
+  other.set_left_out(true);
+  return table;
+}
+
+TEST(AddEarlierTraining, KnowsClipsThatAreLeftOutSince) {
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  LeaveOut({1, 2}, toy);
+  const v1::Start& start = toy.recipe.task().start();
+  const v1::MotionLibrary& library = toy.library->manifest();
+  const v1::CurriculumTable before = Table({"turn", "sway"}, "tumble");
+  std::vector<v1::RunInputs::Source> sources;
+
+  AddEarlierTraining(before, start, library, &sources);
+
+  ASSERT_EQ(sources.size(), 1u);
+  EXPECT_FALSE(sources[0].has_bundle());
+  EXPECT_THAT(sources[0].clips(),
+              ElementsAre("sway: made for tests (Apache-2.0)"));
+  EXPECT_THAT(bundle::ClipUsesOfRun(start, library, sources),
+              ElementsAre(Pair("sway", v1::CLIP_USE_SOURCE_TRAINED_ON),
+                          Pair("tumble", v1::CLIP_USE_LEFT_OUT),
+                          Pair("turn", v1::CLIP_USE_TRAINED_ON)));
+  // It was killed before it saved a state with the new library.
+  AddEarlierTraining(before, start, library, &sources);
+  EXPECT_EQ(sources.size(), 1u);
+}
+
+TEST(AddEarlierTraining, AddsNothingWhereTheLibraryIsTheSame) {
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  LeaveOut({2}, toy);
+  v1::Start start = toy.recipe.task().start();
+  std::vector<v1::RunInputs::Source> sources;
+
+  AddEarlierTraining(Table({"turn", "sway"}, "tumble"), start,
+                     toy.library->manifest(), &sources);
+  // Nor were starts ever drawn from what only_clips does not name.
+  start.add_only_clips("turn");
+  AddEarlierTraining(Table({"turn", "sway"}, "tumble"), start,
+                     toy.library->manifest(), &sources);
+
+  EXPECT_TRUE(sources.empty());
 }
 
 }  // namespace

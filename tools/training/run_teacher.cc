@@ -9,8 +9,9 @@
 #include "absl/types/span.h"
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
-#include "deploy/bundle/content.h"
+#include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/motion.pb.h"
@@ -33,13 +34,17 @@ struct LocalTeacher {
   teacher::TeacherPolicy policy;
 };
 
-absl::StatusOr<LocalTeacher> ReadLocal(const std::string& folder, int threads,
-                                       const v1::Recipe& recipe,
-                                       const TaskSetup& setup) {
+// On the threads of `beside`; null: on so many of its own.
+absl::StatusOr<LocalTeacher> ReadLocal(
+    const std::string& folder, int threads, const v1::Recipe& recipe,
+    const TaskSetup& setup, const teacher::LocalAnnotator* beside = nullptr) {
   LocalTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.policy, teacher::ReadTeacher(folder));
-  SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::LocalAnnotator::Create(
-                                               result.policy, threads));
+  SINEW_ASSIGN_OR_RETURN(
+      result.annotator,
+      beside == nullptr
+          ? teacher::LocalAnnotator::Create(result.policy, threads)
+          : teacher::LocalAnnotator::CreateBeside(*beside, result.policy));
   SINEW_RETURN_IF_ERROR(
       CheckTeacher(folder, result.annotator->description(), recipe, setup));
   return result;
@@ -67,9 +72,12 @@ absl::StatusOr<RunTeacher> OpenOne(const RunTeacherOptions& options,
   return result;
 }
 
-// Names of the clips that a bundle labels: those that its starts were drawn
-// from, if its task names some, else all that its provenance names.
+// Names of the clips that a bundle labels: those that its own training drew
+// starts from; where it does not say, as bundles of old versions, those that
+// its task names, if it does, else all that its provenance names.
 std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
+  const bundle::ClipUses uses = bundle::ClipUsesOf(manifest.provenance());
+  if (!uses.empty()) return bundle::TrainedOn(uses);
   const auto& only = manifest.task().start().only_clips();
   if (!only.empty()) return {only.begin(), only.end()};
   std::set<std::string> names;
@@ -90,8 +98,8 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
       const auto [at, added] = teacher_of.emplace(clip, static_cast<int>(t));
       if (added) continue;
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected one bundle that names clip ", clip, ", found ",
-          folders[at->second], " and ", folders[t],
+          "--teacher: expected one bundle that was trained on clip ", clip,
+          ", found ", folders[at->second], " and ", folders[t],
           " (task.start.only_clips of a bundle's training says which of its "
           "library's clips are its own)"));
     }
@@ -104,7 +112,7 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
       result[c] = found->second;
     } else if (world::IsDrawn(recipe.task().start(), clip)) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected a bundle that names clip ", clip.name(),
+          "--teacher: expected a bundle that was trained on clip ", clip.name(),
           ", found none among ", absl::StrJoin(folders, ", ")));
     }
   }
@@ -117,9 +125,12 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
   RunTeacher result;
   std::vector<std::unique_ptr<teacher::Annotator>> teachers;
   std::vector<std::set<std::string>> clips_of;
+  const teacher::LocalAnnotator* first = nullptr;
   for (const std::string& folder : options.teachers) {
-    SINEW_ASSIGN_OR_RETURN(LocalTeacher local,
-                           ReadLocal(folder, options.threads, recipe, setup));
+    SINEW_ASSIGN_OR_RETURN(
+        LocalTeacher local,
+        ReadLocal(folder, options.threads, recipe, setup, first));
+    if (first == nullptr) first = local.annotator.get();
     result.sources.push_back(SourceOf(local.annotator->description()));
     clips_of.push_back(ClipsOf(local.policy.manifest));
     teachers.push_back(std::move(local.annotator));
@@ -198,23 +209,29 @@ absl::Status CheckTeacher(const std::string& name,
   }
   // A step of the teacher's must last as long as the student's.
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue("control_hz", recipe.physics().control_hz(),
-                         teacher.control_hz())));
+      WithContext(SameValue("control_hz", recipe.physics().control_hz(),
+                            teacher.control_hz()),
+                  name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue("character_sha256", setup.character_sha256,
-                         teacher.character_sha256())));
+      WithContext(SameValue("character_sha256", setup.character_sha256,
+                            teacher.character_sha256()),
+                  name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameMessage("observation", recipe.task().observation(),
-                           teacher.observation())));
+      WithContext(SameMessage("observation", recipe.task().observation(),
+                              teacher.observation()),
+                  name));
+  SINEW_RETURN_IF_ERROR(WithContext(
+      SameValue<int64_t>("observation_width", setup.observation_width,
+                         teacher.observation_width()),
+      name));
   SINEW_RETURN_IF_ERROR(
-      In(name, SameValue<int64_t>("observation_width", setup.observation_width,
-                                  teacher.observation_width())));
-  SINEW_RETURN_IF_ERROR(
-      In(name, SameValue<int64_t>("action_width", setup.action_width,
-                                  teacher.action_width())));
-  return In(name, SameMessage("action (distillation.teacher_action)",
-                              recipe.distillation().teacher_action(),
-                              teacher.action()));
+      WithContext(SameValue<int64_t>("action_width", setup.action_width,
+                                     teacher.action_width()),
+                  name));
+  return WithContext(
+      SameMessage("action (distillation.teacher_action)",
+                  recipe.distillation().teacher_action(), teacher.action()),
+      name);
 }
 
 }  // namespace sinew::tools

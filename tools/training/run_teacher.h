@@ -34,14 +34,14 @@ struct RunTeacher {
 struct RunTeacherOptions {
   // One bundle's folder: it answers in this process. Several, in any order:
   // each labels its own clips (teacher/clip_annotator.h), by name: those that
-  // its task.start.only_clips names, else all that its provenance names, which
-  // has the clips left out of its training and those of the bundles that it was
-  // made from as well. Or addresses of `sinew teacher`, HOST:PORT or unix:PATH:
-  // replicas of one bundle.
+  // its own training drew starts from (CLIP_USE_TRAINED_ON); of a bundle of an
+  // old version, which does not say, those that its task.start.only_clips
+  // names, else all that its provenance names. Or addresses of `sinew teacher`,
+  // HOST:PORT or unix:PATH: replicas of one bundle.
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
-  int threads = 1;  // of each bundle in this process; one works at a time
+  int threads = 1;  // of all bundles in this process; one works at a time
   rpc::Security security = {};
   StopToken stop = {};
 };
@@ -50,7 +50,7 @@ struct RunTeacherOptions {
 // teachers. Checks that the teacher is of the task's character and control
 // rate, observes what the student observes and places its targets as
 // distillation.teacher_action says. Of several bundles, every clip that starts
-// may be drawn from must be named by exactly one.
+// may be drawn from must be exactly one's own.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

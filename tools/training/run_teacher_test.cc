@@ -155,16 +155,20 @@ struct Several {
     setup = *set_up;
   }
 
-  // A bundle that says it was trained on these clips.
+  // A bundle that names these clips, and says what they were to its training;
+  // by default nothing, as bundles of old versions.
   std::string Bundle(const std::string& name,
                      const std::vector<std::string>& clips, double gain = 0.3,
-                     const std::vector<std::string>& only = {}) {
+                     const std::vector<std::string>& only = {},
+                     const std::vector<v1::ClipUse>& uses = {}) {
     bundle::BundleContent content = bundle::testing::ToyContent(toy, gain);
     v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
     provenance.clear_clips();
     for (const std::string& clip : clips) {
       provenance.add_clips(clip + ": made for tests (Apache-2.0)");
     }
+    provenance.clear_clip_uses();
+    for (const v1::ClipUse use : uses) provenance.add_clip_uses(use);
     v1::Start& start = *content.manifest.mutable_task()->mutable_start();
     for (const std::string& clip : only) start.add_only_clips(clip);
     const std::string folder = JoinPath(toy.folder, name);
@@ -232,6 +236,50 @@ TEST(RunTeacher, OfABundleOfAFewClipsOfItsLibraryAreThoseItsOwn) {
   ASSERT_THAT(teacher, IsOk());
   EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({first}), 0));
   EXPECT_EQ(run.Target(**teacher, 1), run.Target(**run.Open({rest}), 1));
+}
+
+TEST(RunTeacher, OfSeveralBundlesEachLabelsTheClipsThatItSaysItWasTrainedOn) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  ASSERT_EQ(clips.size(), 3u);
+  const std::string first =
+      run.Bundle("first", clips, 0.3, {},
+                 {v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_LEFT_OUT,
+                  v1::CLIP_USE_SOURCE_TRAINED_ON});
+  const std::string rest =
+      run.Bundle("rest", clips, 0.6, {},
+                 {v1::CLIP_USE_LEFT_OUT, v1::CLIP_USE_TRAINED_ON,
+                  v1::CLIP_USE_TRAINED_ON});
+
+  const auto teacher = run.Open({first, rest});
+
+  ASSERT_THAT(teacher, IsOk());
+  EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({first}), 0));
+  EXPECT_EQ(run.Target(**teacher, 1), run.Target(**run.Open({rest}), 1));
+  EXPECT_EQ(run.Target(**teacher, 2), run.Target(**run.Open({rest}), 2));
+  EXPECT_NE(run.Target(**teacher, 0), run.Target(**teacher, 1));
+}
+
+TEST(RunTeacher, OfSeveralBundlesLabelsNoClipThatNoneWasTrainedOn) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  ASSERT_EQ(clips.size(), 3u);
+  const std::string first = run.Bundle(
+      "first", clips, 0.3, {},
+      {v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_LEFT_OUT, v1::CLIP_USE_LEFT_OUT});
+  const std::string second = run.Bundle(
+      "second", clips, 0.6, {},
+      {v1::CLIP_USE_UNKNOWN, v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_LEFT_OUT});
+
+  EXPECT_THAT(run.Open({first, second}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("trained on clip " + clips[2]),
+                             HasSubstr(first), HasSubstr(second))));
+  // Where no start is drawn from it, nobody needs to.
+  v1::Start& start = *run.recipe.mutable_task()->mutable_start();
+  start.add_only_clips(clips[0]);
+  start.add_only_clips(clips[1]);
+  EXPECT_THAT(run.Open({first, second}), IsOk());
 }
 
 TEST(RunTeacher, OfSeveralBundlesActsInNoEpisodes) {

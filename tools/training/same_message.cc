@@ -22,10 +22,4 @@ absl::Status SameMessage(absl::string_view field,
                absl::StrCat("another (", differences, ")"));
 }
 
-absl::Status In(absl::string_view source, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(source, ": ", status.message()));
-}
-
 }  // namespace sinew::tools

@@ -29,9 +29,6 @@ absl::Status SameMessage(absl::string_view field,
                          const google::protobuf::Message& expected,
                          const google::protobuf::Message& found);
 
-// Puts a bundle's folder or a peer before an error of its content.
-absl::Status In(absl::string_view source, const absl::Status& status);
-
 }  // namespace sinew::tools
 
 #endif  // SINEW_TOOLS_TRAINING_SAME_MESSAGE_H_

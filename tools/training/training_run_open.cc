@@ -101,9 +101,14 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   SINEW_RETURN_IF_ERROR(LoadState());
   SINEW_RETURN_IF_ERROR(CheckAssets(setup));
   SINEW_ASSIGN_OR_RETURN(
-      const std::vector<v1::RunInputs::Source> sources,
+      std::vector<v1::RunInputs::Source> sources,
       RunSources(folder_->path(), /*resumed=*/state_.has_value(),
                  moved_sources_, InitialOf(options_), teacher_));
+  if (state_) {
+    AddEarlierTraining(state_->counters.curriculum(),
+                       options_.recipe.task().start(),
+                       setup.library->manifest(), &sources);
+  }
   SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
       folder_->path(), options_.character, *setup.library, sources));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));

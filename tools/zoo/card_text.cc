@@ -1,17 +1,11 @@
 #include "tools/zoo/card_text.h"
 
-#include <map>
-#include <set>
 #include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
-#include "absl/strings/string_view.h"
 #include "common/json_fields.h"
 #include "common/policy/ports.h"
-#include "deploy/bundle/content.h"
 #include "tools/evaluation/figures_table.h"
 
 namespace sinew::zoo {
@@ -19,53 +13,6 @@ namespace {
 
 using evaluation::TableCell;
 using Json = nlohmann::json;
-
-// Names by credit and licence.
-using Credits = std::map<std::string, std::vector<std::string>>;
-
-// "NAME: ORIGIN (LICENCE)", as bundles have it.
-void AddClip(absl::string_view clip, const std::set<std::string>& left_out,
-             Credits* trained, Credits* others) {
-  const std::string name(bundle::ClipNameOf(clip));
-  const std::string credit(name.size() == clip.size()
-                               ? bundle::kUnknown
-                               : clip.substr(name.size() + 2));
-  (left_out.contains(name) ? *others : *trained)[credit].push_back(name);
-}
-
-int Count(const Credits& credits) {
-  size_t count = 0;
-  for (const auto& [credit, names] : credits) count += names.size();
-  return static_cast<int>(count);
-}
-
-void AddRows(const Credits& credits, absl::string_view kind,
-             std::string* text) {
-  for (const auto& [credit, names] : credits) {
-    absl::StrAppend(text, "| ", names.size(), " | ", kind, " | ",
-                    TableCell(credit), " |\n");
-  }
-}
-
-std::string Names(const Credits& credits) {
-  std::vector<std::string> all;
-  for (const auto& [credit, names] : credits) {
-    all.insert(all.end(), names.begin(), names.end());
-  }
-  return TableCell(absl::StrJoin(all, ", "));
-}
-
-std::set<std::string> LeftOut(const CardFacts& facts) {
-  std::set<std::string> names;
-  if (facts.library_sha256 !=
-      facts.bundle.manifest.provenance().library_sha256()) {
-    return names;
-  }
-  for (const v1::ClipInfo& clip : facts.library.clips()) {
-    if (clip.left_out()) names.insert(clip.name());
-  }
-  return names;
-}
 
 bool Failed(const Json& clip) {
   const auto success = clip.find("success");
@@ -89,12 +36,17 @@ std::string ClipRow(const CardFacts& facts, const Json& clip) {
     if (info.name() != name) continue;
     force = info.quality().residual_force_bodyweights();
   }
+  // Evaluations of bundles that do not say know what the library leaves out.
+  const auto said = clip.find("use");
+  const std::string use = said != clip.end() && said->is_string()
+                              ? said->get<std::string>()
+                          : clip.contains("left_out") ? "left out"
+                                                      : "trained on";
   const double rate = facts.library.frames_per_second();
   const auto zero = clip.find("zero_action");
   return absl::StrFormat(
       "| %s | %s | %s | %.0f mm | %s | %.2f |\n", TableCell(name),
-      clip.contains("left_out") ? "left out" : "trained on",
-      FailedAt(clip, rate), NumberAt(clip, {"e_g_mpjpe_mm"}),
+      TableCell(use), FailedAt(clip, rate), NumberAt(clip, {"e_g_mpjpe_mm"}),
       zero == clip.end() ? "-" : FailedAt(*zero, rate), force);
 }
 
@@ -154,40 +106,6 @@ std::string LatentSnippet(int64_t width) {
 }
 
 }  // namespace
-
-std::string TrainedOnChapter(const CardFacts& facts) {
-  const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
-  const std::set<std::string> left_out = LeftOut(facts);
-  Credits trained, others;
-  for (const std::string& clip : provenance.clips()) {
-    AddClip(clip, left_out, &trained, &others);
-  }
-  std::string text = absl::StrCat(
-      "## Trained on\n\nClips: ", Count(trained), ", and ", Count(others),
-      " of the library left out of training. Library ",
-      provenance.library_sha256(),
-      ".\n\n| clips | | credit and licence |\n|---|---|---|\n");
-  AddRows(trained, "trained on", &text);
-  AddRows(others, "left out", &text);
-  if (provenance.sources_size() > 0) {
-    absl::StrAppend(
-        &text,
-        "\nWhich clips were left out when the bundles that it was made from "
-        "(see Training) were trained is not known here: they may have seen "
-        "clips that are left out above.\n");
-  }
-  absl::StrAppend(&text, "\nLicences of clips and character:\n\n");
-  for (const std::string& licence : provenance.data_licences()) {
-    absl::StrAppend(&text, "- ", licence, "\n");
-  }
-  absl::StrAppend(&text, "\n<details><summary>Names</summary>\n\nTrained on: ",
-                  Names(trained), ".\n");
-  if (!others.empty()) {
-    absl::StrAppend(&text, "\nLeft out: ", Names(others), ".\n");
-  }
-  absl::StrAppend(&text, "\n</details>\n");
-  return text;
-}
 
 std::string LimitationsChapter(const CardFacts& facts) {
   std::string text = "## Limitations\n\n";

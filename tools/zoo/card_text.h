@@ -7,15 +7,11 @@
 
 namespace sinew::zoo {
 
-// Chapters of a model card that are about its data and its use (model_card.h
-// has the others). Markdown that ends with a newline; text of other people's
-// files stays text.
+// Chapters of a model card that are about its limits and its use (trained_on.h
+// and model_card.h have the others). Markdown that ends with a newline; text of
+// other people's files stays text.
 //
 // Thread-safety: pure. Blocking: never. Errors: none.
-
-// Clips by credit and licence, those left out apart where the library is the
-// one that it was trained on.
-std::string TrainedOnChapter(const CardFacts& facts);
 
 // Clips that fail in the evaluation, with the force that their motion leaves
 // unexplained (sim/import/quality.h).

@@ -8,8 +8,12 @@
 #include "absl/strings/string_view.h"
 #include "common/json_fields.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/clip_uses.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/motion.pb.h"
 #include "tools/evaluation/figures_table.h"
 #include "tools/zoo/card_text.h"
+#include "tools/zoo/trained_on.h"
 
 namespace sinew::zoo {
 namespace {
@@ -93,6 +97,23 @@ std::string FallenText(const Json& fallen) {
       100 * NumberAt(fallen, {"zero_action", "recovered_5_s"}));
 }
 
+// Clips that the library leaves out and the bundle says were trained on all the
+// same, as where it was trained with another library.
+int SeenOfLeftOut(const CardFacts& facts) {
+  const bundle::ClipUses uses =
+      bundle::ClipUsesOf(facts.bundle.manifest.provenance());
+  int seen = 0;
+  for (const v1::ClipInfo& clip : facts.library.clips()) {
+    const auto use = uses.find(clip.name());
+    if (!clip.left_out() || use == uses.end()) continue;
+    seen += use->second == v1::CLIP_USE_TRAINED_ON ||
+                    use->second == v1::CLIP_USE_SOURCE_TRAINED_ON
+                ? 1
+                : 0;
+  }
+  return seen;
+}
+
 absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
   std::string text = "## Metrics\n\n";
   if (facts.evaluation.is_object()) {
@@ -113,6 +134,10 @@ absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
         facts.bundle.manifest.provenance().library_sha256()) {
       absl::StrAppend(&text, " Evaluated on another library than trained on: ",
                       facts.library_sha256, ".");
+    }
+    if (const int seen = SeenOfLeftOut(facts); seen > 0) {
+      absl::StrAppend(&text, " Of the clips that this library leaves out, ",
+                      seen, " were trained on.");
     }
     absl::StrAppend(&text, "\n");
   } else {

@@ -17,6 +17,8 @@
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
 #include "learner/procedure/procedure.h"
+#include "proto/sinew/v1/bundle.pb.h"
+#include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/training/procedure_record.h"
@@ -108,6 +110,8 @@ TEST_F(ModelCardTest, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
   teacher->set_role("teacher");
   teacher->set_recipe("phc_plus");
   teacher->set_manifest_sha256("abc");
+  // As a bundle of an old version.
+  content.manifest.mutable_provenance()->clear_clip_uses();
   ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
 
   const auto card = Card();
@@ -119,6 +123,75 @@ TEST_F(ModelCardTest, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
                            HasSubstr("double mean[6], std[6];"),
                            HasSubstr("sinew_decode(policy, &state, mean, 6, "
                                      "target);")));
+}
+
+TEST_F(ModelCardTest, SaysWhatTheClipsWereToTraining) {
+  bundle::BundleContent content = bundle::testing::ToyContent(toy_);
+  v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
+  provenance.set_clip_uses(1, v1::CLIP_USE_LEFT_OUT);
+  provenance.set_clip_uses(2, v1::CLIP_USE_SOURCE_TRAINED_ON);
+  provenance.add_sources()->set_role("init");
+  const auto written = [&] {
+    EXPECT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
+    Evaluate();
+    return Card();
+  };
+
+  const auto card = written();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(
+      *card,
+      AllOf(HasSubstr("Clips: 1, and 1 left out of training."),
+            HasSubstr("| 1 | trained on | made for tests (Apache-2.0) |\n"
+                      "| 1 | trained on by a source | made for tests "
+                      "(Apache-2.0) |\n"
+                      "| 1 | left out | made for tests (Apache-2.0) |\n"),
+            HasSubstr("\nTrained on: turn.\n\nTrained on by a source: tumble."
+                      "\n\nLeft out: sway.\n"),
+            HasSubstr("| tumble | trained on by a source | 0."),
+            Not(HasSubstr("may have seen"))));
+
+  provenance.set_clip_uses(2, v1::CLIP_USE_UNKNOWN);
+  const auto unsure = written();
+  ASSERT_THAT(unsure, IsOk());
+  EXPECT_THAT(*unsure, AllOf(HasSubstr("\nUnknown: tumble.\n"),
+                             HasSubstr("may have seen these clips"),
+                             HasSubstr("| tumble | unknown | 0.")));
+}
+
+TEST_F(ModelCardTest, SaysWhereALeftOutClipWasTrainedOn) {
+  Evaluate();
+  const auto before = Card();
+  ASSERT_THAT(before, IsOk());
+  EXPECT_THAT(*before, Not(HasSubstr("this library leaves out")));
+  world::testing::LeaveOutOnDisk(2, options_.motions);
+  Evaluate();
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr("Of the clips that this library leaves "
+                                     "out, 1 were trained on."),
+                           HasSubstr("| tumble | trained on | 0.")));
+}
+
+TEST_F(ModelCardTest, SaysOfOldBundlesWhatTheirLibraryLeavesOut) {
+  world::testing::LeaveOutOnDisk(1, options_.motions);
+  const auto library = motion::Library::Load(options_.motions);
+  ASSERT_THAT(library, IsOk());
+  bundle::BundleContent content = bundle::testing::ToyContent(toy_);
+  v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
+  provenance.clear_clip_uses();
+  provenance.set_library_sha256((*library)->digest());
+  ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, AllOf(HasSubstr("Clips: 2, and 1 left out of training."),
+                           HasSubstr("\nTrained on: turn, tumble.\n\nLeft "
+                                     "out: sway.\n")));
 }
 
 TEST_F(ModelCardTest, AddsUpWhatAProcedureTook) {

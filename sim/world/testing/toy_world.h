@@ -39,10 +39,11 @@ v1::Recipe ToyRecipe();
 ToyWorld MakeToyWorld(const v1::Recipe& recipe = ToyRecipe());
 
 // Leaves these clips of its library out of training; in memory, the folder
-// stays as it is.
+// stays as it is. Aborts with a message on any error.
 void LeaveOut(std::initializer_list<int> clips, ToyWorld& world);
 
 // Leaves one out in the library of a folder: another library of the same clips.
+// Aborts with a message on any error, also where there is no such clip.
 void LeaveOutOnDisk(int clip, const std::string& library_folder);
 
 }  // namespace sinew::world::testing
