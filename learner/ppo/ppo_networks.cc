@@ -314,8 +314,9 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
   const Tensor z = (targets_.action.index_select(0, index) - mean) / std;
   const Tensor log_std = std.log().sum();
   const double log_two_pi = std::log(2 * std::numbers::pi);
-  const Tensor log_probability = -0.5 * z.square().sum(1) - log_std -
-                                 0.5 * log_two_pi * policy_.action_width;
+  const auto actions = static_cast<double>(policy_.action_width);
+  const Tensor log_probability =
+      -0.5 * z.square().sum(1) - log_std - 0.5 * log_two_pi * actions;
   const Tensor ratio =
       at::clamp(
           log_probability - targets_.log_probability.index_select(0, index),
@@ -325,8 +326,7 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
       at::clamp(ratio, 1 - options_.ratio_clip, 1 + options_.ratio_clip);
   const Tensor gain = at::minimum(ratio * advantage, clipped * advantage);
   Tensor loss = (gain * weight).sum() * -scale;
-  const Tensor entropy =
-      log_std + 0.5 * (log_two_pi + 1) * policy_.action_width;
+  const Tensor entropy = log_std + 0.5 * (log_two_pi + 1) * actions;
   if (options_.entropy_weight != 0) {
     loss = loss - entropy * weight.sum() * (options_.entropy_weight * scale);
   }
