@@ -1,6 +1,8 @@
 #include "actor/order_check.h"
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
+#include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "sim/world/tracking_task.h"
 
@@ -15,16 +17,10 @@ absl::Status Error(const v1::Order& order, absl::string_view field,
                    expected, ", found ", found));
 }
 
-absl::Status CheckTraining(const v1::Order& order,
-                           const PreparedSnapshot& snapshot,
-                           const world::TrackingTask& task,
-                           int max_environments) {
-  if (snapshot.starts().num_frames() == 0) {
-    return Error(order, "kind",
-                 "KIND_EVALUATE, since all clips of the library are left out "
-                 "of training",
-                 "KIND_TRAIN");
-  }
+// What a recipe needs of snapshot and assets.
+absl::Status CheckNeeds(const v1::Order& order,
+                        const PreparedSnapshot& snapshot,
+                        const world::TrackingTask& task) {
   if (task.recipe().task().recovery().fallen_share() > 0 &&
       task.num_fallen_states() == 0) {
     return Error(order, "assets_sha256",
@@ -39,6 +35,30 @@ absl::Status CheckTraining(const v1::Order& order,
                  "distillation.teacher_share is not 0",
                  "none");
   }
+  const int latent = RecordedLatentWidth(task.recipe());
+  const int recorded = snapshot.policy().latent_noise_width;
+  if (latent > 0 && recorded != latent) {
+    return Error(order, "snapshot_sha256",
+                 absl::StrCat("a snapshot whose graph \"policy\" has a tap \"",
+                              column::kLatentNoise, "\" of width ", latent,
+                              ", since recipe field network.latent is set "
+                              "without distillation"),
+                 recorded);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckTraining(const v1::Order& order,
+                           const PreparedSnapshot& snapshot,
+                           const world::TrackingTask& task,
+                           int max_environments) {
+  if (snapshot.starts().num_frames() == 0) {
+    return Error(order, "kind",
+                 "KIND_EVALUATE, since all clips of the library are left out "
+                 "of training",
+                 "KIND_TRAIN");
+  }
+  SINEW_RETURN_IF_ERROR(CheckNeeds(order, snapshot, task));
   if (order.horizon() < 1) {
     return Error(order, "horizon", ">= 1", order.horizon());
   }

@@ -16,6 +16,7 @@ absl::Status PolicyRunner::SetGraph(const ActingGraph& graph) {
     SINEW_RETURN_IF_ERROR(Bind(graph.ports));
   }
   action_width_ = graph.action_width;
+  latent_noise_width_ = graph.latent_noise_width;
   std_ = graph.std;
   log_normaliser_ = 0;
   for (double std : std_) {
@@ -40,6 +41,7 @@ absl::Status PolicyRunner::Bind(const PolicyPorts& ports) {
   draw_.resize(width);
   action_tap_ = executor_->tap_index(ports.action);
   mean_tap_ = executor_->tap_index(ports.mean);
+  latent_noise_tap_ = executor_->tap_index(ports.latent_noise);
   if (action_tap_ < 0 || mean_tap_ < 0) {
     return absl::InternalError("policy executor lacks a tap of its own graph");
   }
@@ -66,16 +68,22 @@ void PolicyRunner::ClearNoise() {
   }
 }
 
-absl::Span<const float> PolicyRunner::Row(int tap, int row) const {
-  return executor_->tap(tap).subspan(row * action_width_, action_width_);
+absl::Span<const float> PolicyRunner::Row(int tap, size_t width,
+                                          int row) const {
+  return executor_->tap(tap).subspan(row * width, width);
 }
 
 absl::Span<const float> PolicyRunner::action(int row) const {
-  return Row(action_tap_, row);
+  return Row(action_tap_, action_width_, row);
 }
 
 absl::Span<const float> PolicyRunner::mean(int row) const {
-  return Row(mean_tap_, row);
+  return Row(mean_tap_, action_width_, row);
+}
+
+absl::Span<const float> PolicyRunner::latent_noise(int row) const {
+  if (latent_noise_tap_ < 0) return {};
+  return Row(latent_noise_tap_, latent_noise_width_, row);
 }
 
 double PolicyRunner::LogProbability(int row) const {

@@ -41,11 +41,13 @@ class PolicyRunner {
   // [A] of the last Run.
   absl::Span<const float> action(int row) const;
   absl::Span<const float> mean(int row) const;
+  // Noise of the latent in it; empty unless the graph has a tap for it.
+  absl::Span<const float> latent_noise(int row) const;
 
   // Natural logarithm of the density of action(row) under N(mean, std^2),
   // computed in float64:
   //   -1/2 sum ((a - mean) / std)^2 - sum ln std - A/2 ln 2 pi
-  // 0 if the action has no distribution.
+  // 0 if the action has no distribution. With a latent, that given its noise.
   double LogProbability(int row) const;
 
  private:
@@ -54,7 +56,7 @@ class PolicyRunner {
     size_t width = 0;
   };
   absl::Status Bind(const PolicyPorts& ports);
-  absl::Span<const float> Row(int tap, int row) const;
+  absl::Span<const float> Row(int tap, size_t width, int row) const;
 
   int max_batch_;
   std::unique_ptr<policy::Executor> executor_;
@@ -63,7 +65,9 @@ class PolicyRunner {
   std::vector<float> draw_;  // one row of all noise inputs
   int action_tap_ = -1;
   int mean_tap_ = -1;
+  int latent_noise_tap_ = -1;  // -1: the graph has none
   size_t action_width_ = 0;
+  size_t latent_noise_width_ = 0;
   std::vector<double> std_;
   double log_normaliser_ = 0;  // sum ln std + A/2 ln 2 pi
 };

@@ -9,6 +9,7 @@
 #include "common/policy/safetensors.h"
 #include "common/policy/teacher_graph.h"
 #include "common/policy/validate.h"
+#include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
@@ -66,9 +67,11 @@ absl::Status FindMean(const v1::Graph& graph, PolicyPorts& ports) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
-                                            absl::string_view name,
-                                            const world::TrackingTask& task) {
+// Ports and widths of a graph that acts.
+absl::Status FindPolicyPorts(const v1::PolicyGraph& graphs,
+                             absl::string_view name,
+                             const world::TrackingTask& task,
+                             ActingGraph& acting) {
   const absl::StatusOr<const v1::Graph*> graph =
       policy::FindGraph(graphs, name);
   // A snapshot without it is wrong, not out of reach.
@@ -79,7 +82,7 @@ absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
                                    found.observation_width));
   SINEW_RETURN_IF_ERROR(CheckWidth(name, "tap", found.action,
                                    task.action_width(), found.action_width));
-  PolicyPorts ports;
+  PolicyPorts& ports = acting.ports;
   ports.observation = std::move(found.observation);
   ports.noise = std::move(found.noise);
   ports.action = std::move(found.action);
@@ -90,7 +93,13 @@ absl::StatusOr<PolicyPorts> FindPolicyPorts(const v1::PolicyGraph& graphs,
       **graph, [&](const v1::Tap& one) { return one.name() == ports.mean; });
   SINEW_RETURN_IF_ERROR(CheckWidth(name, "tap", ports.mean, task.action_width(),
                                    widths.at(mean.value())));
-  return ports;
+  const v1::Tap* noise = FindTap(**graph, [](const v1::Tap& one) {
+    return one.name() == column::kLatentNoise;
+  });
+  if (noise == nullptr) return absl::OkStatus();
+  ports.latent_noise = noise->name();
+  acting.latent_noise_width = static_cast<int>(widths.at(noise->value()));
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::vector<double>> ReadStd(const TensorMap& weights,
@@ -120,7 +129,7 @@ absl::StatusOr<ActingGraph> MakeActing(const v1::PolicyGraph& graphs,
                                        const world::TrackingTask& task) {
   ActingGraph acting;
   acting.action_width = task.action_width();
-  SINEW_ASSIGN_OR_RETURN(acting.ports, FindPolicyPorts(graphs, name, task));
+  SINEW_RETURN_IF_ERROR(FindPolicyPorts(graphs, name, task, acting));
   SINEW_ASSIGN_OR_RETURN(acting.pack,
                          policy::PackWeights(graphs, name, weights));
   const std::string& std = acting.ports.std_parameter;

@@ -22,6 +22,7 @@ struct PolicyPorts {
   std::string action;              // the executed tap, width A
   std::string mean;                // tap of the action's mean, width A
   std::string std_parameter;       // [A]; empty: no distribution
+  std::string latent_noise;        // the tap that records it; empty: none
 };
 
 // A graph that acts, with its weights.
@@ -29,6 +30,7 @@ struct ActingGraph {
   PolicyPorts ports;
   std::shared_ptr<const policy::WeightsPack> pack;
   int action_width = 0;
+  int latent_noise_width = 0;  // 0: none is recorded
   // Standard deviation of the action, [A], > 0; empty: no distribution.
   std::vector<double> std;
 };
@@ -39,7 +41,8 @@ struct ActingGraph {
 // and exactly one executed tap. That is Gaussian, and the Gaussian's mean has a
 // tap as well: zero noise makes action and mean equal. Or it has no
 // distribution, and there is a tap "mean" of the same width: the policy's noise
-// is somewhere within (common/policy/latent_builder.h). Graph "teacher" is
+// is somewhere within (common/policy/latent_builder.h). A tap "latent_noise" is
+// what the column of that name records. Graph "teacher" is
 // another such graph; it is looked at where the recipe has a teacher_share
 // (common/policy/teacher_graph.h). Other graphs are ignored.
 //

@@ -31,7 +31,8 @@ namespace sinew::actor {
 // Where the recipe distils, columns base and teacher_base tell what both action
 // laws add to actions, and in its share of the episodes
 // (common/segment/teacher_episode.h) the snapshot's graph "teacher" acts, with
-// its mean, by its own law.
+// its mean, by its own law. Where PPO learns a latent, column latent_noise has
+// the part of the step's noise that chose it.
 // A diverged simulation (sim/world/actuation.h) is no error: its step is marked
 // invalid, its episode ends with REASON_DIVERGED, the environment starts anew.
 //

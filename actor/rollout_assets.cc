@@ -47,9 +47,9 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
       assets->task_,
       world::TrackingTask::Create(recipe, *assets->character_,
                                   *assets->library_, assets->fallen_.get()));
-  assets->layout_ = MakeSegmentLayout(assets->task_->observation_width(),
-                                      assets->task_->action_width(),
-                                      recipe.has_distillation());
+  assets->layout_ = MakeSegmentLayout(
+      assets->task_->observation_width(), assets->task_->action_width(),
+      recipe.has_distillation(), RecordedLatentWidth(recipe));
   assets->layout_sha256_ = LayoutSha256(assets->layout_);
   return assets;
 }

@@ -78,6 +78,9 @@ SegmentWriter::SegmentWriter(const v1::SegmentLayout& layout, int steps,
     base_ = begin(column::kBase);
     teacher_base_ = begin(column::kTeacherBase);
   }
+  if (FindColumn(*segment, column::kLatentNoise) != nullptr) {
+    latent_noise_ = begin(column::kLatentNoise);
+  }
 }
 
 v1::Tensor* SegmentWriter::Column(absl::string_view name) const {
@@ -104,9 +107,11 @@ void SegmentWriter::WriteStep(int step, int environment, const StepRow& row) {
   WriteScalar<uint8_t>(valid_, i, result.diverged ? 0 : 1);
   WriteScalar(clip_, i, row.clip);
   WriteScalar(frame_, i, row.frame);
-  if (base_ == nullptr) return;
-  WriteRow(base_, i, row.base);
-  WriteRow(teacher_base_, i, row.teacher_base);
+  if (base_ != nullptr) {
+    WriteRow(base_, i, row.base);
+    WriteRow(teacher_base_, i, row.teacher_base);
+  }
+  if (latent_noise_ != nullptr) WriteRow(latent_noise_, i, row.latent_noise);
 }
 
 void SegmentWriter::WriteTruncation(int step, int environment,

@@ -19,6 +19,7 @@ struct StepRow {
   absl::Span<const double> target;
   // Unused unless the layout has them.
   absl::Span<const double> base, teacher_base;
+  absl::Span<const float> latent_noise;
   double log_probability = 0;
   int32_t clip = 0;
   int32_t frame = 0;
@@ -56,7 +57,7 @@ class SegmentWriter {
       *reward_, *reward_terms_, *body_distance_, *terminated_, *truncated_,
       *valid_, *clip_, *frame_, *boundary_;
   // Null: the layout has none.
-  char *base_ = nullptr, *teacher_base_ = nullptr;
+  char *base_ = nullptr, *teacher_base_ = nullptr, *latent_noise_ = nullptr;
 };
 
 }  // namespace sinew::actor

@@ -157,6 +157,7 @@ class TrainRollout {
                          .target = state_.target,
                          .base = state_.base,
                          .teacher_base = state_.teacher_base,
+                         .latent_noise = acting.runner.latent_noise(acting.row),
                          .log_probability = log_probability,
                          .clip = before.clip,
                          .frame = ClipRow(before),

@@ -44,6 +44,8 @@ struct UpdateStatistics {
   double policy_learning_rate = 0, value_learning_rate = 0, std_factor = 1;
   int64_t non_finite = 0;  // minibatches skipped for non-finite loss
   double flops = 0;        // multiply-adds * 2 of the update, computed
+  // Mean KL(posterior || prior), nats, summed over z; of PPO with a latent.
+  std::optional<double> latent_kl;
   std::optional<DistillationFigures> distillation;
 };
 

@@ -85,6 +85,8 @@ void RolloutRig::UseLatentPolicy(bool keep_as_teacher) {
   options.action_width = task.action_width();
   options.network = task.recipe().network();
   options.network.set_last_layer_gain(0.3);
+  options.network.set_initial_std(std);
+  options.explores = RecordedLatentWidth(task.recipe()) > 0;
   v1::Latent& latent = *options.network.mutable_latent();
   latent.set_width(3);
   for (auto* hidden :

@@ -41,8 +41,9 @@ struct RolloutRig {
   v1::Order EvaluationOrder(const std::vector<Start>& starts) const;
 
   void UseZeroAction();
-  // A small policy with a latent, beside its four other graphs. The policy of
-  // before stays as graph "teacher" if asked for.
+  // A small policy with a latent of 3 numbers, beside its four other graphs;
+  // where PPO learns it, with exploration. The policy of before stays as graph
+  // "teacher" if asked for.
   void UseLatentPolicy(bool keep_as_teacher = false);
   // Sets all elements of a parameter of the snapshot.
   void SetParameter(const std::string& name, float value);

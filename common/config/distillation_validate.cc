@@ -31,10 +31,6 @@ void CheckOwnState(const v1::Observation& observation, FieldChecker& check) {
 
 void CheckLatent(const v1::Recipe& recipe, FieldChecker& check) {
   const v1::Latent& latent = recipe.network().latent();
-  check.Require(recipe.has_distillation(), "network.latent",
-                "unset without distillation, since PPO needs a policy whose "
-                "actions have a distribution",
-                "set");
   check.Require(!recipe.network().has_composer(), "network.composer",
                 "unset, since network.latent is set", "set");
   check.Within(latent.width(), 1, kMaxLatent, "network.latent.width");
@@ -54,6 +50,24 @@ void CheckLatent(const v1::Recipe& recipe, FieldChecker& check) {
                 "PLACEMENT_AROUND_CURRENT or PLACEMENT_ABSOLUTE, since the "
                 "decoder of network.latent sees no reference",
                 v1::Action::Placement_Name(placement));
+}
+
+// Of a latent that PPO learns, and where there is none.
+void CheckLatentPpo(const v1::Recipe& recipe, FieldChecker& check) {
+  const v1::Ppo& ppo = recipe.ppo();
+  if (RecordedLatentWidth(recipe) == 0) {
+    check.Require(!ppo.has_latent_kl_weight(), "ppo.latent_kl_weight",
+                  "unset, since PPO learns no network.latent",
+                  ppo.latent_kl_weight());
+    return;
+  }
+  check.AtLeast(ppo.latent_kl_weight(), 0, "ppo.latent_kl_weight");
+  check.Require(!ppo.mirror(), "ppo.mirror",
+                "unset, since network.latent is set and its noise has no "
+                "mirror image",
+                ppo.mirror());
+  check.Require(!recipe.has_procedure(), "procedure",
+                "unset, since network.latent is set", "set");
 }
 
 void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {
@@ -187,6 +201,7 @@ void CheckAction(const v1::Action& action, const std::string& path,
 
 void CheckImitation(const v1::Recipe& recipe, FieldChecker& check) {
   if (recipe.network().has_latent()) CheckLatent(recipe, check);
+  CheckLatentPpo(recipe, check);
   if (!recipe.has_distillation()) return;
   CheckExcluded(recipe, check);
   CheckTeacher(recipe, check);

@@ -16,11 +16,11 @@ namespace sinew {
 void CheckAction(const v1::Action& action, const std::string& path,
                  FieldChecker& check);
 
-// Where neither is set, nothing is looked at. Beyond ranges:
-//   latent         only with distillation, since PPO needs actions that have a
-//                  distribution; no composer; the body's own blocks before
-//                  those of the goal, one of each at least; an action law
-//                  without reference
+// Beyond ranges:
+//   latent         no composer; the body's own blocks before those of the goal,
+//                  one of each at least; an action law without reference. Where
+//                  PPO learns it: neither mirror images nor a procedure; and
+//                  elsewhere no weight of its KL
 //   distillation   neither procedure nor composer; of `ppo`, which is unused,
 //                  nothing that would have to change what is done: mirror,
 //                  anneal, kl_target, bfloat16. The teacher's targets must

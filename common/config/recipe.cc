@@ -33,6 +33,10 @@ int LeadingSelfBlocks(const v1::Observation& observation) {
   return count;
 }
 
+int RecordedLatentWidth(const v1::Recipe& recipe) {
+  return recipe.has_distillation() ? 0 : recipe.network().latent().width();
+}
+
 bool IsBlindPlacement(v1::Action::Placement placement) {
   return placement == v1::Action::PLACEMENT_ABSOLUTE ||
          placement == v1::Action::PLACEMENT_AROUND_CURRENT;

@@ -53,6 +53,11 @@ bool IsSelfBlock(int block);
 // is: ObservationBuilder::self_width() (sim/world/observation.h).
 int LeadingSelfBlocks(const v1::Observation& observation);
 
+// Width of the latent (defaults filled) that PPO learns, whose noise segments
+// record (common/segment/segment_layout.h); 0: there is none, or it is
+// distilled.
+int RecordedLatentWidth(const v1::Recipe& recipe);
+
 // Whether actions are placed without a reference, as those of a decoder are.
 bool IsBlindPlacement(v1::Action::Placement placement);
 

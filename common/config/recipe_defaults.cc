@@ -157,6 +157,12 @@ void FillPpo(v1::Ppo& ppo) {
   SINEW_DEFAULT(anneal, learning_rate_factor, 0.3);
 }
 
+// Only where PPO learns a latent: other recipes print as they always did.
+void FillLatentPpo(v1::Recipe& recipe) {
+  if (RecordedLatentWidth(recipe) == 0) return;
+  SINEW_OPTIONAL_DEFAULT(*recipe.mutable_ppo(), latent_kl_weight, 0.001);
+}
+
 // Only where they are set, like variants: other recipes print as they always
 // did.
 void FillStages(v1::Recipe& recipe) {
@@ -213,6 +219,7 @@ v1::Recipe WithDefaults(v1::Recipe recipe) {
   FillNetwork(*recipe.mutable_network());
   FillRollouts(*recipe.mutable_rollouts());
   FillPpo(*recipe.mutable_ppo());
+  FillLatentPpo(recipe);
   FillEvaluation(recipe.rollouts().max_policy_lag(),
                  *recipe.mutable_evaluation());
   FillStages(recipe);

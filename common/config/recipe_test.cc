@@ -297,6 +297,7 @@ void ExpectEveryNanRefused(v1::Recipe& recipe, Message& message,
       // To set some groups is to ask for what they are about.
       if (!was_set) reflection->ClearField(&message, field);
     } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+      const bool was_set = reflection->HasField(message, field);
       const double before = reflection->GetDouble(message, field);
       reflection->SetDouble(&message, field,
                             std::numeric_limits<double>::quiet_NaN());
@@ -305,6 +306,7 @@ void ExpectEveryNanRefused(v1::Recipe& recipe, Message& message,
                            HasSubstr("recipe field ")))
           << name;
       reflection->SetDouble(&message, field, before);
+      if (!was_set) reflection->ClearField(&message, field);
     }
   }
 }

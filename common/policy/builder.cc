@@ -129,16 +129,7 @@ void AddPolicy(const TrackingPolicyOptions& options, v1::PolicyGraph& all) {
                 .width = options.action_width},
                writer);
   }
-  writer.Input("noise", options.action_width, v1::GraphInput::KIND_NORMAL);
-  writer.Parameter("policy/std", {options.action_width}, /*frozen=*/true);
-  writer.Node("exploration", v1::OP_AFFINE, {"noise"}, {"policy/std"});
-  writer.Node("action", v1::OP_ADD, {"mean", "exploration"});
-  v1::Tap& action = writer.Tap("action", "action");
-  action.set_executed(true);
-  action.set_recorded(true);
-  action.mutable_gaussian()->set_mean("mean");
-  action.mutable_gaussian()->set_std_parameter("policy/std");
-  writer.Tap("mean", "mean").set_recorded(true);
+  internal::AddExploration("noise", options.action_width, writer);
   if (options.network.has_composer()) writer.Tap("composer_weights", "weights");
 }
 

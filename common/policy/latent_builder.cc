@@ -1,12 +1,9 @@
 #include "common/policy/latent_builder.h"
 
-#include <numbers>
 #include <string>
 
 #include "absl/status/status.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "common/policy/graph_error.h"
 #include "common/policy/graph_writer.h"
@@ -60,6 +57,12 @@ absl::Status CheckOptions(const LatentPolicyOptions& options) {
   SINEW_RETURN_IF_ERROR(
       CheckPositive("network.last_layer_gain", network.last_layer_gain()));
   SINEW_RETURN_IF_ERROR(CheckLatent(network.latent()));
+  if (options.explores) {
+    SINEW_RETURN_IF_ERROR(
+        CheckPositive("network.initial_std", network.initial_std()));
+    SINEW_RETURN_IF_ERROR(
+        CheckWidths("network.value_hidden", network.value_hidden()));
+  }
   return internal::ActivationOp(network.activation()).status();
 }
 
@@ -114,12 +117,22 @@ class LatentGraph {
   }
   // Node and executed tap "action".
   v1::Tap& Decoder(const Value& latent) {
-    const Value hidden = Hidden(Concat("decoder_input", own_, latent),
-                                latent_.decoder_hidden(), "decoder");
-    Linear("action", hidden, "decoder/action", options_.action_width);
+    DecoderLayers(latent, "action");
     v1::Tap& tap = writer_.Tap("action", "action");
     tap.set_executed(true);
     return tap;
+  }
+  // The same of a policy that explores: the decoder's action is its mean.
+  void ExploringDecoder(const Value& latent) {
+    DecoderLayers(latent, "mean");
+    internal::AddExploration("action_noise", options_.action_width, writer_);
+  }
+  // Needs Observation.
+  void Critic() {
+    const Value hidden = Hidden(Concat("critic_input", own_, goal_),
+                                options_.network.value_hidden(), "critic");
+    Linear("value", hidden, "critic/value", 1);
+    Tap("value", "value");
   }
 
   v1::Tap& Tap(const std::string& name, const std::string& value) {
@@ -169,6 +182,13 @@ class LatentGraph {
                    /*frozen=*/false);
   }
 
+  // The last of them is the node `action`.
+  void DecoderLayers(const Value& latent, const std::string& action) {
+    const Value hidden = Hidden(Concat("decoder_input", own_, latent),
+                                latent_.decoder_hidden(), "decoder");
+    Linear(action, hidden, "decoder/action", options_.action_width);
+  }
+
   Normal Distribution(const Value& input, absl::Span<const int32_t> widths,
                       const std::string& part, const std::string& prefix) {
     const Value hidden = Hidden(input, widths, part);
@@ -199,8 +219,14 @@ void AddPolicy(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
   LatentGraph graph(options, "policy", all);
   graph.Observation();
   graph.Noise();
-  graph.Decoder(graph.Draw(graph.Encoder())).set_recorded(true);
-  graph.Tap("mean", "action").set_recorded(true);
+  const Value latent = graph.Draw(graph.Encoder());
+  if (options.explores) {
+    graph.ExploringDecoder(latent);
+    graph.Tap("latent_noise", "noise").set_recorded(true);
+  } else {
+    graph.Decoder(latent).set_recorded(true);
+    graph.Tap("mean", "action").set_recorded(true);
+  }
   graph.Tap("latent", "latent");
 }
 
@@ -230,15 +256,10 @@ void AddSample(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
   graph.Tap("latent", "latent");
 }
 
-bool IsLastLayer(absl::string_view weight) {
-  return absl::EndsWith(weight, "/mean/weight") ||
-         absl::EndsWith(weight, "/log_variance/weight") ||
-         weight == "decoder/action/weight";
-}
-
-double InitialConstant(absl::string_view name) {
-  if (name == kHalf) return 0.5;
-  return absl::EndsWith(name, "/inverse_std") ? 1.0 : 0.0;
+void AddCritic(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
+  LatentGraph graph(options, "critic", all);
+  graph.Observation();
+  graph.Critic();
 }
 
 }  // namespace
@@ -253,23 +274,9 @@ absl::StatusOr<v1::PolicyGraph> BuildLatentPolicy(
   AddPrior(options, graph);
   AddDecoder(options, graph);
   AddSample(options, graph);
+  if (options.explores) AddCritic(options, graph);
   SINEW_RETURN_IF_ERROR(ValidateGraph(graph));
   return graph;
-}
-
-absl::StatusOr<TensorMap> InitialLatentWeights(
-    const LatentPolicyOptions& options, uint64_t seed) {
-  SINEW_ASSIGN_OR_RETURN(const v1::PolicyGraph graph,
-                         BuildLatentPolicy(options));
-  const double last = options.network.last_layer_gain();
-  return internal::DrawWeights(
-      graph, seed,
-      {.gain =
-           [last](const std::string& name) {
-             return IsLastLayer(name) ? last : std::numbers::sqrt2;
-           },
-       .constant =
-           [](const std::string& name) { return InitialConstant(name); }});
 }
 
 }  // namespace sinew::policy

@@ -15,7 +15,7 @@ namespace sinew::policy {
 // columns are the body's own state (blocks SELF_...), the others its goal; Z is
 // the latent's width, A the action's.
 //
-// Five graphs share parameters by name. `own` and `goal` stand for
+// Graphs share parameters by name. `own` and `goal` stand for
 //   own_normalised, own_clipped     NORMALISE, CLAMP of the S columns
 //   goal_normalised, goal_clipped   the same of the O - S others
 //
@@ -43,6 +43,22 @@ namespace sinew::policy {
 //   "latent". No tap has a distribution: the policy's only noise is the latent.
 //   Noise 0 gives the action of the posterior's mean.
 //
+// Where it is to be learnt by PPO (`explores`), the decoder's action is the
+// mean of a Gaussian, and there is a critic:
+//
+// "policy": observation [O] (DATA), noise [Z] (NORMAL), action_noise [A]
+// (NORMAL)
+//   as above, but the decoder's last node is "mean"
+//   exploration        AFFINE of action_noise by "policy/std"
+//   action             ADD of mean, exploration
+//   taps: "action" (executed, recorded, Gaussian around "mean" with
+//   "policy/std"), "mean" (recorded), "latent", "latent_noise" (recorded; the
+//   input noise). The Gaussian is that of the action given the latent's noise.
+// "critic": observation [O] (DATA)
+//   critic_input       CONCAT of own_clipped, goal_clipped
+//   critic_hidden_i ... of value_hidden; then value, LINEAR, 1
+//   tap: "value"
+//
 // Parameters (float32), F: frozen
 //   normaliser/own/mean, .../inverse_std     [S]      0, 1   F
 //   normaliser/goal/mean, .../inverse_std    [O - S]  0, 1   F
@@ -50,6 +66,8 @@ namespace sinew::policy {
 //   prior/linear_i/..., prior/mean/..., prior/log_variance/...
 //   decoder/linear_i/..., decoder/action/...
 //   latent/half                              [Z]      0.5    F
+//   if it explores: policy/std               [A]      initial_std  F
+//     critic/linear_i/..., critic/value/... (gain 1)
 //     weights orthogonal, gain sqrt(2), of last layers last_layer_gain;
 //     biases 0
 struct LatentPolicyOptions {
@@ -59,6 +77,8 @@ struct LatentPolicyOptions {
   int64_t action_width = 0;
   // With defaults filled and `latent` set (common/config/recipe.h).
   v1::Network network{};
+  // Learnt by PPO: with exploration and critic.
+  bool explores = false;
 };
 
 // All graphs. INVALID_ARGUMENT names the option, expected and found.

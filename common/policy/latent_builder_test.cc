@@ -21,6 +21,7 @@
 namespace sinew::policy {
 namespace {
 
+using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::Each;
@@ -47,9 +48,18 @@ LatentPolicyOptions SmallOptions() {
   return options;
 }
 
+// The same where it is to be learnt by PPO.
+LatentPolicyOptions ExploringOptions() {
+  LatentPolicyOptions options = SmallOptions();
+  options.explores = true;
+  options.network.add_value_hidden(6);
+  options.network.set_initial_std(0.5);
+  return options;
+}
+
 // Initial weights with normalisers and biases that do something.
-TensorMap LivelyWeights() {
-  TensorMap weights = *InitialLatentWeights(SmallOptions(), 3);
+TensorMap LivelyWeights(const LatentPolicyOptions& options = SmallOptions()) {
+  TensorMap weights = *InitialLatentWeights(options, 3);
   uint64_t index = 0;
   for (auto& [name, tensor] : weights) {
     if (!absl::EndsWith(name, "/mean") && !absl::EndsWith(name, "/bias")) {
@@ -64,8 +74,9 @@ using Values = std::map<std::string, std::vector<float>>;
 
 // All taps of a graph for kRows rows of inputs.
 Values RunGraph(const std::string& name, const TensorMap& weights,
-                const Values& inputs) {
-  const v1::PolicyGraph graph = *BuildLatentPolicy(SmallOptions());
+                const Values& inputs,
+                const LatentPolicyOptions& options = SmallOptions()) {
+  const v1::PolicyGraph graph = *BuildLatentPolicy(options);
   auto executor = *Executor::Create(*PackWeights(graph, name, weights), kRows);
   for (const auto& [input, values] : inputs) {
     const auto to = executor->input(executor->input_index(input));
@@ -300,6 +311,78 @@ TEST(LatentBuilder, ExecutesAndRecordsTheActionWithoutADistribution) {
   }
 }
 
+TEST(LatentBuilder, OneThatExploresActsAroundTheDecoderOfItsLatent) {
+  const TensorMap weights = LivelyWeights(ExploringOptions());
+  const std::vector<float> observation = Normal(51, kObservation);
+  const std::vector<float> noise = Normal(52, kLatent);
+  const std::vector<float> action_noise = Normal(53, kAction);
+
+  const Values policy = RunGraph("policy", weights,
+                                 {{"observation", observation},
+                                  {"noise", noise},
+                                  {"action_noise", action_noise}},
+                                 ExploringOptions());
+
+  EXPECT_EQ(policy.at("latent_noise"), noise);
+  EXPECT_EQ(policy.at("mean"),
+            RunGraph("decoder", weights,
+                     {{"self_observation", OwnColumns(observation)},
+                      {"latent", policy.at("latent")}},
+                     ExploringOptions())
+                .at("action"));
+  for (size_t i = 0; i < kRows * kAction; ++i) {
+    EXPECT_NEAR(policy.at("action")[i],
+                policy.at("mean")[i] + 0.5 * action_noise[i], 1e-5f);
+  }
+}
+
+TEST(LatentBuilder, WithoutNoiseItExploresNot) {
+  const TensorMap weights = LivelyWeights(ExploringOptions());
+  const std::vector<float> observation = Normal(61, kObservation);
+
+  const Values policy = RunGraph(
+      "policy", weights, {{"observation", observation}}, ExploringOptions());
+
+  EXPECT_EQ(policy.at("action"), policy.at("mean"));
+  EXPECT_EQ(policy.at("latent"),
+            RunGraph("encoder", weights, {{"observation", observation}},
+                     ExploringOptions())
+                .at("mean"));
+}
+
+TEST(LatentBuilder, OneThatExploresHasAGaussianAndACriticBesideTheSameGraphs) {
+  const auto plain = *BuildLatentPolicy(SmallOptions());
+  const auto graph = *BuildLatentPolicy(ExploringOptions());
+
+  for (const v1::Tap& tap : (*FindGraph(graph, "policy"))->taps()) {
+    EXPECT_EQ(tap.executed(), tap.name() == "action");
+    EXPECT_EQ(tap.has_gaussian(), tap.name() == "action");
+    EXPECT_EQ(tap.recorded(), tap.name() != "latent");
+  }
+  for (const char* name : {"encoder", "prior", "decoder", "sample"}) {
+    EXPECT_THAT(**FindGraph(graph, name),
+                EqualsProto(**FindGraph(plain, name)));
+  }
+  EXPECT_FALSE(FindGraph(plain, "critic").ok());
+  const v1::Graph& critic = **FindGraph(graph, "critic");
+  ASSERT_EQ(critic.taps_size(), 1);
+  EXPECT_EQ(critic.taps(0).name(), "value");
+  EXPECT_EQ(InferWidths(graph, "critic")->at(critic.taps(0).value()), 1);
+  // Normalisers are what it shares with the policy.
+  const std::set<std::string> policy =
+      ParametersOf(**FindGraph(graph, "policy"));
+  for (const std::string& name : ParametersOf(critic)) {
+    EXPECT_EQ(policy.contains(name), absl::StartsWith(name, "normaliser/"))
+        << name;
+  }
+  const TensorMap weights = *InitialLatentWeights(ExploringOptions(), 1);
+  EXPECT_THAT(ValidateGraph(graph, weights), IsOk());
+  EXPECT_THAT(weights.at("policy/std").float32(), Each(0.5f));
+  for (const v1::Parameter& parameter : graph.parameters()) {
+    if (parameter.name() == "policy/std") EXPECT_TRUE(parameter.frozen());
+  }
+}
+
 TEST(LatentBuilder, InitialWeightsAreAFunctionOfTheSeed) {
   const auto one = *InitialLatentWeights(SmallOptions(), 7);
 
@@ -363,6 +446,12 @@ TEST(LatentBuilder, NamesTheOptionThatIsWrong) {
   ExpectRefused(options,
                 "network.latent.log_variance_low: expected < "
                 "log_variance_high (2), found 2");
+  options = ExploringOptions();
+  options.network.set_initial_std(0);
+  ExpectRefused(options, "network.initial_std: expected > 0, found 0");
+  options = ExploringOptions();
+  options.network.add_value_hidden(0);
+  ExpectRefused(options, "network.value_hidden: expected >= 1, found 0");
 }
 
 }  // namespace

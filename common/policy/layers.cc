@@ -87,6 +87,21 @@ Value AddHidden(const Value& input, const HiddenLayers& hidden,
   return value;
 }
 
+void AddExploration(const std::string& noise, int64_t width,
+                    GraphWriter& writer) {
+  constexpr char kStd[] = "policy/std";
+  writer.Input(noise, width, v1::GraphInput::KIND_NORMAL);
+  writer.Parameter(kStd, {width}, /*frozen=*/true);
+  writer.Node("exploration", v1::OP_AFFINE, {noise}, {kStd});
+  writer.Node("action", v1::OP_ADD, {"mean", "exploration"});
+  v1::Tap& action = writer.Tap("action", "action");
+  action.set_executed(true);
+  action.set_recorded(true);
+  action.mutable_gaussian()->set_mean("mean");
+  action.mutable_gaussian()->set_std_parameter(kStd);
+  writer.Tap("mean", "mean").set_recorded(true);
+}
+
 TensorMap DrawWeights(const v1::PolicyGraph& graph, uint64_t seed,
                       const WeightRule& rule) {
   TensorMap weights;

@@ -58,6 +58,13 @@ struct HiddenLayers {
 Value AddHidden(const Value& input, const HiddenLayers& hidden,
                 GraphWriter& writer);
 
+// Makes a Gaussian policy of the node "mean", [width]: an input `noise`
+// (NORMAL) of that width, the frozen parameter "policy/std", nodes
+// "exploration" (AFFINE of the noise by it) and "action" (ADD of both), taps
+// "action" (executed, recorded, Gaussian) and "mean" (recorded).
+void AddExploration(const std::string& noise, int64_t width,
+                    GraphWriter& writer);
+
 // What initial weights are made of.
 struct WeightRule {
   // Gain of an orthogonal weight.

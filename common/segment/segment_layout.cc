@@ -132,7 +132,8 @@ absl::Status CheckFinite(const v1::Tensor& tensor) {
 }  // namespace
 
 v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
-                                    int64_t action_width, bool distillation) {
+                                    int64_t action_width, bool distillation,
+                                    int64_t latent_noise_width) {
   constexpr auto kFloat = v1::DATA_TYPE_FLOAT32;
   constexpr auto kFlag = v1::DATA_TYPE_UINT8;
   constexpr auto kInt = v1::DATA_TYPE_INT32;
@@ -156,6 +157,10 @@ v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
     for (const absl::string_view name : {column::kBase, column::kTeacherBase}) {
       AddColumn(layout, name, v1::DATA_TYPE_FLOAT64, kStep, {action_width});
     }
+  }
+  if (latent_noise_width > 0) {
+    AddColumn(layout, column::kLatentNoise, kFloat, kStep,
+              {latent_noise_width});
   }
   AddColumn(layout, column::kBoundaryObservation, kFloat, Layout::LEAD_BOUNDARY,
             {observation_width});

@@ -15,8 +15,8 @@ namespace sinew {
 // checks and the learner reads.
 //
 // T control steps, E environments, K truncated steps, O observation width, A
-// action width (one per joint). Row t of environment e describes the step from
-// state s_t to s_{t+1}:
+// action width (one per joint), Z width of a latent that PPO learns. Row t of
+// environment e describes the step from state s_t to s_{t+1}:
 //
 //   observation             [T, E, O] float32  of s_t, not normalised
 //   action                  [T, E, A] float32  as sampled, before any clipping
@@ -33,6 +33,8 @@ namespace sinew {
 //   clip, frame             [T, E]    int32    reference at s_t
 //   base, teacher_base      [T, E, A] float64  rad; only where the recipe has
 //                                              distillation, see below
+//   latent_noise            [T, E, Z] float32  only where PPO learns a latent,
+//                                              see below
 //   boundary_observation    [E, O]    float32  of s_T
 //   truncation_index        [K]       int32    t * E + e of truncated steps
 //   truncation_observation  [K, O]    float32  of their s_{t+1}
@@ -55,6 +57,11 @@ namespace sinew {
 // are those of whoever acted: in episodes of the teacher (teacher_episode.h)
 // its own mean, twice, and the target that its law makes of it. Policies whose
 // action has no distribution have log_probability 0.
+//
+// Learnt latents. latent_noise is the N(0, 1) noise that chose the latent among
+// those that the policy's posterior thinks likely (tap "latent_noise" of its
+// graph). action_mean and log_probability are those given this noise: whoever
+// evaluates the policy again needs it.
 namespace column {
 inline constexpr absl::string_view kObservation = "observation";
 inline constexpr absl::string_view kAction = "action";
@@ -71,6 +78,7 @@ inline constexpr absl::string_view kClip = "clip";
 inline constexpr absl::string_view kFrame = "frame";
 inline constexpr absl::string_view kBase = "base";
 inline constexpr absl::string_view kTeacherBase = "teacher_base";
+inline constexpr absl::string_view kLatentNoise = "latent_noise";
 inline constexpr absl::string_view kBoundaryObservation =
     "boundary_observation";
 inline constexpr absl::string_view kTruncationIndex = "truncation_index";
@@ -84,10 +92,13 @@ inline constexpr int kNumRewardTerms = 4;
 // Pure functions; thread-safe; never block.
 
 // The layout above for given widths, both >= 1; with base and teacher_base
-// exactly where `distillation`, that is Recipe.has_distillation().
+// exactly where `distillation`, that is Recipe.has_distillation(), and with
+// latent_noise where its width is not 0: RecordedLatentWidth
+// (common/config/recipe.h).
 v1::SegmentLayout MakeSegmentLayout(int64_t observation_width,
                                     int64_t action_width,
-                                    bool distillation = false);
+                                    bool distillation = false,
+                                    int64_t latent_noise_width = 0);
 
 // SHA-256 (hex) that orders and segments carry.
 std::string LayoutSha256(const v1::SegmentLayout& layout);

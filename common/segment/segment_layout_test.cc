@@ -95,6 +95,25 @@ TEST(SegmentLayout, HasBasesExactlyInDistillation) {
   EXPECT_EQ(bases, 2);
 }
 
+TEST(SegmentLayout, HasTheNoiseExactlyWhereALatentIsLearnt) {
+  const v1::SegmentLayout plain = MakeSegmentLayout(5, 2);
+  const v1::SegmentLayout layout = MakeSegmentLayout(5, 2, false, 3);
+
+  EXPECT_NE(LayoutSha256(layout), LayoutSha256(plain));
+  EXPECT_NE(LayoutSha256(layout),
+            LayoutSha256(MakeSegmentLayout(5, 2, false, 4)));
+  ASSERT_EQ(layout.columns_size(), plain.columns_size() + 1);
+  v1::SegmentLayout rest = layout;
+  for (int i = 0; i < layout.columns_size(); ++i) {
+    if (layout.columns(i).name() != "latent_noise") continue;
+    EXPECT_EQ(layout.columns(i).dtype(), v1::DATA_TYPE_FLOAT32);
+    EXPECT_EQ(layout.columns(i).lead(), v1::SegmentLayout::LEAD_STEP);
+    EXPECT_THAT(layout.columns(i).shape(), ::testing::ElementsAre(3));
+    rest.mutable_columns()->DeleteSubrange(i, 1);
+  }
+  EXPECT_EQ(LayoutSha256(rest), LayoutSha256(plain));
+}
+
 TEST(SegmentLayout, RefusesAMissingColumn) {
   v1::Segment segment = GoodSegment();
   segment.mutable_columns()->RemoveLast();

@@ -40,9 +40,10 @@ TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RecipesTest,
-                         ::testing::Values("phc_plus", "phc_plus_g1", "pulse",
-                                           "pulse_g1", "pulse_no_bottleneck",
-                                           "track_clip", "track_library"),
+                         ::testing::Values("latent_rl", "phc_plus",
+                                           "phc_plus_g1", "pulse", "pulse_g1",
+                                           "pulse_no_bottleneck", "track_clip",
+                                           "track_library"),
                          [](const auto& info) { return info.param; });
 
 // A student's recipe and the one that its teacher was trained with.
@@ -83,6 +84,21 @@ TEST(StudentsTest, DifferInTheirNetworkAlone) {
 
   EXPECT_THAT(pulse, EqualsProto(plain));
   EXPECT_FALSE(plain.network().has_latent());
+}
+
+// The lower bound: pulse, but for how it learns.
+TEST(LatentRlTest, IsPulseLearntAsTrackLibraryIs) {
+  v1::Recipe pulse = Load("pulse");
+  const v1::Recipe bound = Load("latent_rl");
+  const v1::Recipe track = Load("track_library");
+  pulse.set_name(bound.name());
+  pulse.clear_distillation();
+  *pulse.mutable_ppo() = track.ppo();
+  pulse.mutable_ppo()->set_latent_kl_weight(0.001);
+  *pulse.mutable_network()->mutable_value_hidden() =
+      track.network().value_hidden();
+
+  EXPECT_THAT(bound, EqualsProto(pulse));
 }
 
 TEST(StudentsTest, OfTheG1DifferInTheirWorldAlone) {

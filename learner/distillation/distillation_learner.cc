@@ -18,6 +18,7 @@
 #include "learner/distillation/student_networks.h"
 #include "learner/memory/memory.h"
 #include "learner/torch/runtime.h"
+#include "learner/update/graph_normalisers.h"
 #include "learner/update/initial_weights.h"
 #include "learner/update/normaliser.h"
 #include "learner/update/rank_pool.h"

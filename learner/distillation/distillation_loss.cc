@@ -2,12 +2,13 @@
 
 #include <ATen/ATen.h>
 
+#include "learner/torch/latent_loss.h"
+
 namespace sinew::learner {
 namespace {
 
 using at::Tensor;
 
-constexpr double kLargestKl = 1e5;
 constexpr double kNormFloor = 1e-12;
 constexpr double kDecay = 0.99;  // of the previous mean, form CODE
 
@@ -35,14 +36,6 @@ Tensor ContinuitySum(const Tensor& mean, const Tensor& linked, int64_t steps,
 
 }  // namespace
 
-Tensor GaussianKl(const Tensor& mean, const Tensor& log_variance,
-                  const Tensor& prior_mean, const Tensor& prior_log_variance) {
-  const Tensor distance = log_variance.exp() + (mean - prior_mean).square();
-  return (0.5 * (prior_log_variance - log_variance) +
-          0.5 * distance * (-prior_log_variance).exp() - 0.5)
-      .sum(1);
-}
-
 DistillationTerms DistillationLoss(const DistillationTensors& tensors,
                                    int64_t steps,
                                    const DistillationWeights& weights) {
@@ -53,11 +46,11 @@ DistillationTerms DistillationLoss(const DistillationTensors& tensors,
   terms.action = rows.sum() * weights.row_scale;
   terms.loss = terms.action;
   if (!tensors.posterior_mean.defined()) return terms;
-  const Tensor kl = at::clamp_max(
-      GaussianKl(tensors.posterior_mean, tensors.posterior_log_variance,
-                 tensors.prior_mean, tensors.prior_log_variance),
-      kLargestKl);
-  terms.latent_kl = (kl * tensors.valid).sum() * weights.row_scale;
+  terms.latent_kl =
+      LatentKlSum(tensors.posterior_mean, tensors.posterior_log_variance,
+                  tensors.prior_mean, tensors.prior_log_variance,
+                  tensors.valid) *
+      weights.row_scale;
   terms.continuity = ContinuitySum(tensors.posterior_mean, tensors.linked,
                                    steps, weights.form) *
                      weights.pair_scale;

@@ -32,9 +32,8 @@ namespace sinew::learner {
 //
 // |x| is the Euclidean norm, over joints and over dimensions of the latent; a
 // plain one is sqrt(|x|^2 + 1e-12), so that it has a gradient at 0. The weights
-// of one form mean nothing in the other. A row whose KL is above the limit
-// counts with the limit and has no gradient of it: a guard, beside the clamp on
-// log variances in the graph, that never ends a run.
+// of one form mean nothing in the other. latent_kl and its limit are those of
+// learner/torch/latent_loss.h.
 //
 // Without a latent (`posterior_mean` undefined): loss = action.
 //
@@ -73,11 +72,6 @@ struct DistillationTerms {
 DistillationTerms DistillationLoss(const DistillationTensors& tensors,
                                    int64_t steps,
                                    const DistillationWeights& weights);
-
-// KL_t of every row, [n], not limited.
-at::Tensor GaussianKl(const at::Tensor& mean, const at::Tensor& log_variance,
-                      const at::Tensor& prior_mean,
-                      const at::Tensor& prior_log_variance);
 
 }  // namespace sinew::learner
 

@@ -202,14 +202,5 @@ TEST(DistillationLoss, IsTheActionsAloneWithoutALatent) {
   EXPECT_FALSE(terms.latent_kl.defined());
 }
 
-TEST(GaussianKl, IsZeroOfAGaussianToItself) {
-  const DistillationTensors tensors = Tensors();
-
-  const Tensor kl = GaussianKl(tensors.prior_mean, tensors.prior_log_variance,
-                               tensors.prior_mean, tensors.prior_log_variance);
-
-  EXPECT_LT(kl.abs().max().item<double>(), 1e-12);
-}
-
 }  // namespace
 }  // namespace sinew::learner

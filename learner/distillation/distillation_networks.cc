@@ -10,12 +10,12 @@
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "learner/distillation/distillation_loss.h"
-#include "learner/distillation/training_graph.h"
 #include "learner/torch/host_view.h"
 #include "learner/torch/parameter_buffer.h"
 #include "learner/torch/runtime.h"
 #include "learner/torch/torch_guard.h"
 #include "learner/torch/trained_network.h"
+#include "learner/update/training_graph.h"
 
 namespace sinew::learner {
 namespace {

@@ -52,7 +52,7 @@ absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments) {
 std::vector<Batch::Block> Batch::Blocks(int segment) const {
   const SegmentView& view = views_[segment];
   const int64_t bootstrap = rows_ + first_bootstrap_[segment];
-  return {{first_row_[segment], view.observation},
+  return {{first_row_[segment], view.observation, view.latent_noise},
           {bootstrap, view.boundary_observation},
           {bootstrap + view.environments, view.truncation_observation}};
 }

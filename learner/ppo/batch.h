@@ -47,6 +47,8 @@ class Batch {
   struct Block {
     int64_t first_row = 0;
     absl::Span<const float> observations;  // [rows, O]
+    // [rows, Z]; empty: the layout has none, or these are bootstrap rows.
+    absl::Span<const float> latent_noise = {};
   };
 
   absl::Status Reset(absl::Span<const v1::Segment* const> segments);

@@ -8,12 +8,14 @@
 #include "common/check.h"
 #include "common/config/recipe.h"
 #include "common/policy/builder.h"
+#include "common/policy/latent_builder.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "learner/ppo/batch.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/ppo_update.h"
 #include "learner/torch/runtime.h"
+#include "learner/update/graph_normalisers.h"
 #include "learner/update/normaliser.h"
 #include "learner/update/rank_pool.h"
 #include "learner/update/running_state.h"
@@ -21,9 +23,7 @@
 namespace sinew::learner {
 namespace {
 
-// Names of parameters (common/policy/builder.h).
-constexpr char kMean[] = "normaliser/mean";
-constexpr char kInverseStd[] = "normaliser/inverse_std";
+// Name of a parameter (common/policy/builder.h, latent_builder.h).
 constexpr char kStd[] = "policy/std";
 
 // Rows of one task of the value pass.
@@ -44,10 +44,11 @@ class Ppo final : public PpoLearner {
         has_primitives_(!recipe.network().has_composer()),
         pool_(options.ranks, UseOneThread),
         mirror_(recipe.ppo().mirror() ? options.mirror : std::nullopt),
-        batch_(
-            options.action_width,
-            MakeSegmentLayout(options.observation_width, options.action_width),
-            recipe.ppo().discount(), recipe.ppo().gae_lambda()),
+        batch_(options.action_width,
+               MakeSegmentLayout(
+                   options.observation_width, options.action_width,
+                   /*distillation=*/false, RecordedLatentWidth(recipe)),
+               recipe.ppo().discount(), recipe.ppo().gae_lambda()),
         running_({.moments = Moments(options.observation_width)}) {}
 
   absl::StatusOr<UpdateStatistics> Update(
@@ -164,7 +165,7 @@ class Ppo final : public PpoLearner {
           batch_.CopyColumns(segment);
           for (const Batch::Block& block : batch_.Blocks(segment)) {
             SINEW_RETURN_IF_ERROR(networks_->LoadObservations(
-                block.first_row, block.observations));
+                block.first_row, block.observations, block.latent_noise));
           }
           const SegmentView& view = batch_.view(segment);
           ComputeMoments(view.observation, view.valid,
@@ -223,7 +224,7 @@ class Ppo final : public PpoLearner {
     return statistics;
   }
 
-  static void Add(const UpdateFigures& figures, UpdateStatistics& statistics) {
+  void Add(const UpdateFigures& figures, UpdateStatistics& statistics) const {
     statistics.epochs = figures.epochs;
     statistics.policy_loss = figures.policy_loss;
     statistics.value_loss = figures.value_loss;
@@ -234,6 +235,8 @@ class Ppo final : public PpoLearner {
     statistics.value_gradient_norm = figures.gradient_norm[1];
     statistics.non_finite = figures.non_finite;
     statistics.flops += figures.flops;
+    if (recipe_.network().has_latent())
+      statistics.latent_kl = figures.latent_kl;
   }
 
   void AdaptRate(double kl) {
@@ -246,8 +249,7 @@ class Ppo final : public PpoLearner {
 
   absl::Status ApplyNormaliser() {
     TensorMap weights = networks_->SaveWeights();
-    WriteNormaliser(running_.moments, weights.at(kMean).mutable_float32(),
-                    weights.at(kInverseStd).mutable_float32());
+    WriteNormalisers(running_.moments, weights);
     return networks_->LoadWeights(weights);
   }
 
@@ -317,10 +319,40 @@ absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
 // With the normaliser's statistics as if from kInheritedRows rows.
 absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
-  InheritMoments(weights.at(kMean).float32(), weights.at(kInverseStd).float32(),
-                 kInheritedRows, running_.moments);
+  InheritNormalisers(weights, kInheritedRows, running_.moments);
   has_primitives_ = true;
   return absl::OkStatus();
+}
+
+// What a run begins with.
+struct Initial {
+  v1::PolicyGraph graph;
+  TensorMap weights;
+};
+
+absl::StatusOr<Initial> MakeInitial(const v1::Recipe& recipe,
+                                    const PpoLearner::Options& options) {
+  Initial initial;
+  if (RecordedLatentWidth(recipe) > 0) {
+    const policy::LatentPolicyOptions network = {
+        .self_observation_width = options.self_observation_width,
+        .observation_width = options.observation_width,
+        .action_width = options.action_width,
+        .network = recipe.network(),
+        .explores = true};
+    SINEW_ASSIGN_OR_RETURN(initial.graph, policy::BuildLatentPolicy(network));
+    SINEW_ASSIGN_OR_RETURN(
+        initial.weights, policy::InitialLatentWeights(network, recipe.seed()));
+    return initial;
+  }
+  const policy::TrackingPolicyOptions network = {
+      .observation_width = options.observation_width,
+      .action_width = options.action_width,
+      .network = recipe.network()};
+  SINEW_ASSIGN_OR_RETURN(initial.graph, policy::BuildTrackingPolicy(network));
+  SINEW_ASSIGN_OR_RETURN(initial.weights,
+                         policy::InitialWeights(network, recipe.seed()));
+  return initial;
 }
 
 }  // namespace
@@ -337,23 +369,17 @@ absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
     return absl::InvalidArgumentError(
         "recipe field ppo.mirror: expected a task with a mirror, found none");
   }
-  const policy::TrackingPolicyOptions network = {
-      .observation_width = options.observation_width,
-      .action_width = options.action_width,
-      .network = full.network()};
-  SINEW_ASSIGN_OR_RETURN(v1::PolicyGraph graph,
-                         policy::BuildTrackingPolicy(network));
-  SINEW_ASSIGN_OR_RETURN(const TensorMap weights,
-                         policy::InitialWeights(network, full.seed()));
+  SINEW_ASSIGN_OR_RETURN(Initial initial, MakeInitial(full, options));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<PpoNetworks> networks,
-      PpoNetworks::Create(graph, weights,
+      PpoNetworks::Create(initial.graph, initial.weights,
                           {.device = full.device(),
                            .bfloat16 = full.ppo().bfloat16(),
                            .shards = full.ppo().shards(),
                            .ratio_clip = full.ppo().ratio_clip(),
-                           .entropy_weight = full.ppo().entropy_weight()}));
-  return std::make_unique<Ppo>(full, options, std::move(graph),
+                           .entropy_weight = full.ppo().entropy_weight(),
+                           .latent_kl_weight = full.ppo().latent_kl_weight()}));
+  return std::make_unique<Ppo>(full, options, std::move(initial.graph),
                                std::move(networks));
 }
 

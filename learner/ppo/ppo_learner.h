@@ -28,9 +28,16 @@ namespace sinew::learner {
 // bundles. They come by Load, InitFrom or InitFromPrimitives before the first
 // Update.
 //
+// Under network.latent (without distillation) the policy goes through encoder
+// and decoder, and the encoder's posterior is held near the learned prior by
+// ppo.latent_kl_weight: PULSE's lower bound, a latent from rewards alone. The
+// policy is the one given the latent's noise, which segments record; exact
+// loss: ppo_networks.h.
+//
 // graph() has "policy" (inputs "observation" DATA, "noise" NORMAL; taps
 // "action" executed + recorded with a Gaussian of parameter "policy/std",
-// "mean" recorded) and "critic" (tap "value"). Of the counters in a state it
+// "mean" recorded) and "critic" (tap "value"); with a latent the graphs of
+// common/policy/latent_builder.h that explore. Of the counters in a state it
 // owns optimiser steps, learning_rate_factor and normaliser_count; it has no
 // chunks.
 //
@@ -44,6 +51,9 @@ class PpoLearner : public Learner {
  public:
   struct Options {
     int observation_width = 0;
+    // Leading columns of the observation that prior and decoder see; with a
+    // latent.
+    int self_observation_width = 0;
     int action_width = 0;
     int ranks = 1;  // threads, >= 1
     // Of the task; needed if the recipe says ppo.mirror.

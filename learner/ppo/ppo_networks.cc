@@ -14,9 +14,12 @@
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "learner/torch/host_view.h"
+#include "learner/torch/latent_loss.h"
+#include "learner/torch/parameter_buffer.h"
 #include "learner/torch/runtime.h"
 #include "learner/torch/torch_guard.h"
 #include "learner/torch/trained_network.h"
+#include "learner/update/training_graph.h"
 
 namespace sinew::learner {
 namespace {
@@ -40,11 +43,11 @@ struct Targets {
 
 class Networks final : public PpoNetworks {
  public:
-  Networks(const v1::PolicyGraph& graph, const Options& options)
-      : graph_(graph),
+  Networks(TrainingGraph policy, const Options& options)
+      : policy_(std::move(policy)),
         options_(options),
         device_(DeviceOf(options.device)),
-        parameters_(graph, AllParameters(graph), device_) {}
+        parameters_(graph(), AllParameters(graph()), device_) {}
 
   // Throws c10::Error.
   absl::Status Initialise();
@@ -57,15 +60,21 @@ class Networks final : public PpoNetworks {
   }
 
   absl::Status LoadObservations(int64_t first_row,
-                                absl::Span<const float> observations) override {
+                                absl::Span<const float> observations,
+                                absl::Span<const float> latent_noise) override {
     if (observations.empty()) return absl::OkStatus();
     return CatchTorch("loading observations", [&] {
       const int64_t rows =
-          static_cast<int64_t>(observations.size()) / observation_width_;
+          static_cast<int64_t>(observations.size()) / policy_.observation_width;
       const Tensor inputs =
-          HostView(observations, {rows, observation_width_}, at::kFloat)
+          HostView(observations, {rows, policy_.observation_width}, at::kFloat)
               .to(device_);
-      for (auto& network : networks_) network->Load(first_row, {inputs});
+      std::vector<Tensor> of_policy = {inputs};
+      if (policy_.latent_width > 0) {
+        of_policy.push_back(LatentNoise(rows, latent_noise));
+      }
+      Of(NetworkId::kPolicy).Load(first_row, of_policy);
+      Of(NetworkId::kValue).Load(first_row, {inputs});
       return absl::OkStatus();
     });
   }
@@ -83,7 +92,8 @@ class Networks final : public PpoNetworks {
     return CatchTorch("loading a batch", [&] {
       const int64_t rows = batch.rows();
       const auto matrix = [&](absl::Span<const float> values) {
-        return HostView(values, {rows, action_width_}, at::kFloat).to(device_);
+        return HostView(values, {rows, policy_.action_width}, at::kFloat)
+            .to(device_);
       };
       const auto column = [&](absl::Span<const float> values) {
         return HostView(values, {rows}, at::kFloat).to(device_);
@@ -149,7 +159,7 @@ class Networks final : public PpoNetworks {
   }
 
   absl::Status LoadWeights(const TensorMap& weights) override {
-    SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph_, weights));
+    SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph(), weights));
     return CatchTorch("loading weights", [&]() -> absl::Status {
       SINEW_RETURN_IF_ERROR(parameters_.Load(weights, ""));
       for (auto& network : networks_) {
@@ -189,6 +199,9 @@ class Networks final : public PpoNetworks {
   }
 
  private:
+  // With the policy as it is differentiated among its graphs.
+  const v1::PolicyGraph& graph() const { return policy_.all; }
+
   TrainedNetwork& Of(NetworkId network) const {
     return *networks_[static_cast<int>(network)];
   }
@@ -198,19 +211,28 @@ class Networks final : public PpoNetworks {
         .to(device_);
   }
 
-  absl::Status AddNetwork(const std::string& graph_name,
-                          const std::string& output,
-                          std::vector<int> extra_parameters);
+  // [rows, Z], zeros where there is none.
+  Tensor LatentNoise(int64_t rows, absl::Span<const float> noise) const {
+    if (noise.empty()) {
+      return at::zeros({rows, policy_.latent_width},
+                       at::TensorOptions(device_).dtype(at::kFloat));
+    }
+    return HostView(noise, {rows, policy_.latent_width}, at::kFloat)
+        .to(device_);
+  }
+
+  absl::Status AddNetwork(TrainedNetwork::Options options);
   absl::Status CheckNothingShared() const;
   Tensor PolicyLoss(int shard, const Tensor& index, double scale,
                     GradientFigures& figures) const;
+  // What a latent adds to that; `outputs` are those of the policy.
+  Tensor LatentLoss(absl::Span<const Tensor> outputs, const Tensor& weight,
+                    double scale, GradientFigures& figures) const;
   Tensor ValueLoss(int shard, const Tensor& index, double scale) const;
 
-  const v1::PolicyGraph graph_;
+  const TrainingGraph policy_;
   const Options options_;
   const at::Device device_;
-  int64_t observation_width_ = 0;
-  int64_t action_width_ = 0;
   int std_number_ = -1;  // parameter with the Gaussian's standard deviation
   // All parameters; of those that a network trains, the network has the truth.
   ParameterBuffer parameters_;
@@ -220,52 +242,47 @@ class Networks final : public PpoNetworks {
 
 absl::Status Networks::Initialise() {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* policy,
-                         policy::FindGraph(graph_, "policy"));
+                         policy::FindGraph(graph(), policy_.name));
   const v1::GaussianTap* gaussian = nullptr;
   for (const v1::Tap& tap : policy->taps()) {
     if (tap.executed() && tap.has_gaussian()) gaussian = &tap.gaussian();
   }
-  if (gaussian == nullptr) {
+  if (gaussian == nullptr || gaussian->mean() != policy_.outputs[0]) {
     return absl::InvalidArgumentError(
-        "graph policy: expected an executed tap with a Gaussian, found none");
+        "graph policy: expected an executed tap with a Gaussian around the tap "
+        "mean, found none");
   }
   std::vector<int> extra;
-  for (int i = 0; i < graph_.parameters_size(); ++i) {
-    const v1::Parameter& parameter = graph_.parameters(i);
+  for (int i = 0; i < graph().parameters_size(); ++i) {
+    const v1::Parameter& parameter = graph().parameters(i);
     if (parameter.name() != gaussian->std_parameter()) continue;
     std_number_ = i;
-    action_width_ = parameter.shape(0);
     if (!parameter.frozen()) extra.push_back(i);
   }
-  for (const v1::GraphInput& input : policy->inputs()) {
-    if (input.name() == kObservation) observation_width_ = input.width();
-  }
-  SINEW_RETURN_IF_ERROR(AddNetwork("policy", gaussian->mean(), extra));
+  std::vector<std::string> inputs = {kObservation};
+  if (policy_.latent_width > 0) inputs.push_back(policy_.noise);
+  SINEW_RETURN_IF_ERROR(AddNetwork({.graph_name = policy_.name,
+                                    .inputs = std::move(inputs),
+                                    .outputs = policy_.outputs,
+                                    .extra_parameters = std::move(extra)}));
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* critic,
-                         policy::FindGraph(graph_, "critic"));
+                         policy::FindGraph(graph(), "critic"));
   std::string value = "value";
   for (const v1::Tap& tap : critic->taps()) {
     if (tap.name() == value) value = tap.value();
   }
-  SINEW_RETURN_IF_ERROR(AddNetwork("critic", value, {}));
+  SINEW_RETURN_IF_ERROR(AddNetwork(
+      {.graph_name = "critic", .inputs = {kObservation}, .outputs = {value}}));
   return CheckNothingShared();
 }
 
-absl::Status Networks::AddNetwork(const std::string& graph_name,
-                                  const std::string& output,
-                                  std::vector<int> extra_parameters) {
+absl::Status Networks::AddNetwork(TrainedNetwork::Options options) {
+  options.precision =
+      options_.bfloat16 ? Precision::kBfloat16 : Precision::kFloat32;
+  options.shards = options_.shards;
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<TrainedNetwork> network,
-      TrainedNetwork::Create(
-          graph_,
-          {.graph_name = graph_name,
-           .inputs = {kObservation},
-           .outputs = {output},
-           .extra_parameters = std::move(extra_parameters),
-           .precision =
-               options_.bfloat16 ? Precision::kBfloat16 : Precision::kFloat32,
-           .shards = options_.shards},
-          parameters_.Views(), device_));
+      TrainedNetwork::Create(graph(), options, parameters_.Views(), device_));
   networks_.push_back(std::move(network));
   return absl::OkStatus();
 }
@@ -278,7 +295,7 @@ absl::Status Networks::CheckNothingShared() const {
       continue;
     }
     return absl::InvalidArgumentError(absl::StrCat(
-        "parameter ", graph_.parameters(number).name(),
+        "parameter ", graph().parameters(number).name(),
         ": expected policy and critic to train parameters of their own, found "
         "it in both"));
   }
@@ -288,7 +305,8 @@ absl::Status Networks::CheckNothingShared() const {
 Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
                             GradientFigures& figures) const {
   TrainedNetwork& network = Of(NetworkId::kPolicy);
-  const Tensor mean = network.Forward(shard, index)[0];
+  const std::vector<Tensor> outputs = network.Forward(shard, index);
+  const Tensor& mean = outputs[0];
   const Tensor& std = network.Parameters(shard)[std_number_];
   const Tensor advantage = targets_.advantage.index_select(0, index);
   const Tensor weight = targets_.weight.index_select(0, index);
@@ -296,8 +314,9 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
   const Tensor z = (targets_.action.index_select(0, index) - mean) / std;
   const Tensor log_std = std.log().sum();
   const double log_two_pi = std::log(2 * std::numbers::pi);
+  const auto actions = static_cast<double>(policy_.action_width);
   const Tensor log_probability =
-      -0.5 * z.square().sum(1) - log_std - 0.5 * log_two_pi * action_width_;
+      -0.5 * z.square().sum(1) - log_std - 0.5 * log_two_pi * actions;
   const Tensor ratio =
       at::clamp(
           log_probability - targets_.log_probability.index_select(0, index),
@@ -307,9 +326,12 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
       at::clamp(ratio, 1 - options_.ratio_clip, 1 + options_.ratio_clip);
   const Tensor gain = at::minimum(ratio * advantage, clipped * advantage);
   Tensor loss = (gain * weight).sum() * -scale;
-  const Tensor entropy = log_std + 0.5 * (log_two_pi + 1) * action_width_;
+  const Tensor entropy = log_std + 0.5 * (log_two_pi + 1) * actions;
   if (options_.entropy_weight != 0) {
     loss = loss - entropy * weight.sum() * (options_.entropy_weight * scale);
+  }
+  if (policy_.latent_width > 0) {
+    loss = loss + LatentLoss(outputs, weight, scale, figures);
   }
 
   const c10::NoGradGuard no_grad;
@@ -324,6 +346,15 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
   figures.clipped = sums[1].item<double>();
   figures.entropy = sums[2].item<double>();
   return loss;
+}
+
+Tensor Networks::LatentLoss(absl::Span<const Tensor> outputs,
+                            const Tensor& weight, double scale,
+                            GradientFigures& figures) const {
+  const Tensor kl =
+      LatentKlSum(outputs[1], outputs[2], outputs[3], outputs[4], weight);
+  figures.latent_kl = kl.item<double>();
+  return kl * (options_.latent_kl_weight * scale);
 }
 
 Tensor Networks::ValueLoss(int shard, const Tensor& index, double scale) const {
@@ -344,9 +375,10 @@ absl::StatusOr<std::unique_ptr<PpoNetworks>> PpoNetworks::Create(
     SINEW_RETURN_IF_ERROR(CheckBfloat16(DetectCpu(), options.device));
   }
   SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph, weights));
+  SINEW_ASSIGN_OR_RETURN(TrainingGraph policy, MakeTrainingGraph(graph));
   std::unique_ptr<Networks> networks;
   SINEW_RETURN_IF_ERROR(CatchTorch("creating networks", [&]() -> absl::Status {
-    networks = std::make_unique<Networks>(graph, options);
+    networks = std::make_unique<Networks>(std::move(policy), options);
     return networks->Initialise();
   }));
   SINEW_RETURN_IF_ERROR(networks->LoadWeights(weights));

@@ -21,9 +21,10 @@ inline constexpr int kNumNetworks = 2;
 // part of the minibatch's mean loss.
 struct GradientFigures {
   double loss = 0;
-  double kl = 0;       // policy: sum of KL(old || new)
-  double clipped = 0;  // policy: rows with |ratio - 1| > clip
-  double entropy = 0;  // policy: sum
+  double kl = 0;         // policy: sum of KL(old || new)
+  double clipped = 0;    // policy: rows with |ratio - 1| > clip
+  double entropy = 0;    // policy: sum
+  double latent_kl = 0;  // policy with a latent: sum of KL(posterior || prior)
 };
 
 // Floating-point operations per row of the products, multiply-adds counting 2.
@@ -53,6 +54,16 @@ struct NetworkFlops {
 //   value loss  = s sum w (v - R)^2 / 2
 //   KL          = sum over actions ((m - m_old) / std)^2 / 2, at today's std
 //
+// Where the policy has a latent (graph "prior",
+// common/policy/latent_builder.h), m is the mean for the latent's noise of the
+// row, as it was when the policy acted: all of the above is given that noise,
+// and gradients go through the latent z = mean + std * noise into the encoder
+// (reparameterised). To the policy loss comes
+//
+//   + latent_kl_weight s sum w min(KL(posterior || prior), 1e5)
+//
+// (learner/torch/latent_loss.h), from which alone the prior learns.
+//
 // What no trained parameter influences (normaliser and clamp, a composer's
 // primitives) is computed once per batch, in LoadObservations: it stays as it
 // was then.
@@ -70,18 +81,23 @@ class PpoNetworks {
     int shards = 1;
     double ratio_clip = 0.2;
     double entropy_weight = 0;
+    double latent_kl_weight = 0;
   };
 
-  // Graphs "policy" (a tap with a Gaussian, input "observation") and "critic"
-  // (tap "value", width 1); they must not share trained parameters.
+  // Graphs "policy" (a tap with a Gaussian around its tap "mean", input
+  // "observation") and "critic" (tap "value", width 1); they must not share
+  // trained parameters.
   static absl::StatusOr<std::unique_ptr<PpoNetworks>> Create(
       const v1::PolicyGraph& graph, const TensorMap& weights,
       const Options& options);
   virtual ~PpoNetworks() = default;
 
   virtual absl::Status Reserve(int64_t rows) = 0;
+  // `latent_noise` is [rows, Z] where the policy has a latent; empty: it is not
+  // asked about these rows.
   virtual absl::Status LoadObservations(
-      int64_t first_row, absl::Span<const float> observations) = 0;
+      int64_t first_row, absl::Span<const float> observations,
+      absl::Span<const float> latent_noise = {}) = 0;
   // Values of consecutive rows.
   virtual absl::Status Values(int64_t first_row, absl::Span<float> values) = 0;
   virtual absl::Status SetTargets(const Batch& batch) = 0;

@@ -80,6 +80,7 @@ class Epochs {
     figures_.value_loss += value.loss;
     figures_.entropy += policy.entropy / valid;
     figures_.clip_fraction += policy.clipped / valid;
+    figures_.latent_kl += policy.latent_kl / valid;
     return Step();
   }
 
@@ -102,6 +103,7 @@ class Epochs {
       sum.kl += parts[task].kl;
       sum.clipped += parts[task].clipped;
       sum.entropy += parts[task].entropy;
+      sum.latent_kl += parts[task].latent_kl;
     }
     for (int network = 0; network < kNumNetworks; ++network) {
       const NetworkFlops flops =
@@ -158,6 +160,7 @@ class Epochs {
     figures_.value_loss /= minibatches;
     figures_.entropy /= minibatches;
     figures_.clip_fraction /= minibatches;
+    figures_.latent_kl /= minibatches;
     for (double& norm : figures_.gradient_norm) norm /= std::max(1, steps_);
     return figures_;
   }

@@ -26,6 +26,7 @@ struct UpdateFigures {
   double policy_loss = 0, value_loss = 0, entropy = 0;  // means of minibatches
   double kl = 0;  // mean of KL(old || new) after the last step
   double clip_fraction = 0;
+  double latent_kl = 0;  // mean of minibatches; 0: the policy has no latent
   double gradient_norm[kNumNetworks] = {0, 0};  // means, before clipping
   int64_t non_finite = 0;                       // minibatches skipped
   double flops = 0;

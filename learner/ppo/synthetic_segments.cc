@@ -20,7 +20,7 @@ constexpr float kShift = 3;
 constexpr float kScale = 2;
 
 // Streams of one (order, iteration).
-enum Stream : uint64_t { kObservations, kNoise, kEnds, kWeights };
+enum Stream : uint64_t { kObservations, kNoise, kEnds, kWeights, kLatents };
 
 RandomKey Key(const SyntheticProblem& problem, int64_t iteration, int order,
               Stream stream) {
@@ -42,7 +42,8 @@ class SegmentWriter {
  public:
   SegmentWriter(const SyntheticProblem& problem)
       : layout_(
-            MakeSegmentLayout(problem.observation_width, problem.action_width)),
+            MakeSegmentLayout(problem.observation_width, problem.action_width,
+                              /*distillation=*/false, problem.latent_width)),
         problem_(problem) {}
 
   template <typename T>
@@ -109,23 +110,34 @@ std::vector<double> RightActions(const SyntheticProblem& problem,
   return right;
 }
 
+// Noise of all rows, of the action and of the latent.
+struct Noise {
+  std::vector<float> action, latent;
+};
+
 struct Acted {
   std::vector<float> action, mean, log_probability;
 };
 
+void SetInput(policy::Executor& executor, const char* name, const float* rows,
+              int64_t size) {
+  std::copy_n(rows, size, executor.input(executor.input_index(name)).begin());
+}
+
 Acted Act(const SyntheticProblem& problem, policy::Executor& executor,
           absl::Span<const float> std, const std::vector<float>& observations,
-          const std::vector<float>& noise, int64_t rows) {
+          const Noise& noise, int64_t rows) {
   const int64_t in = problem.observation_width;
   const int64_t out = problem.action_width;
   Acted acted;
   acted.log_probability.resize(rows);
   const int batch = problem.environments;
   for (int64_t r = 0; r < rows; r += batch) {
-    std::copy_n(&observations[r * in], batch * in,
-                executor.input(executor.input_index("observation")).begin());
-    std::copy_n(&noise[r * out], batch * out,
-                executor.input(executor.input_index("noise")).begin());
+    const int64_t z = problem.latent_width;
+    SetInput(executor, "observation", &observations[r * in], batch * in);
+    SetInput(executor, z > 0 ? "action_noise" : "noise", &noise.action[r * out],
+             batch * out);
+    if (z > 0) SetInput(executor, "noise", &noise.latent[r * z], batch * z);
     executor.Run(batch);
     for (auto [name, column] :
          {std::pair{"action", &acted.action}, std::pair{"mean", &acted.mean}}) {
@@ -136,7 +148,7 @@ Acted Act(const SyntheticProblem& problem, policy::Executor& executor,
   for (int64_t r = 0; r < rows; ++r) {
     double sum = 0;
     for (int64_t o = 0; o < out; ++o) {
-      const double z = noise[r * out + o];
+      const double z = noise.action[r * out + o];
       sum -=
           0.5 * z * z + std::log(std[o]) + 0.5 * std::log(2 * std::numbers::pi);
     }
@@ -192,10 +204,12 @@ v1::Segment MakeSegment(const SyntheticProblem& problem, int64_t iteration,
   const std::vector<float> observations =
       Observations(problem, iteration, order, rows);
   const std::vector<double> right = RightActions(problem, observations, rows);
-  const Acted acted = Act(problem, executor, std, observations,
-                          Normal(Key(problem, iteration, order, kNoise),
-                                 rows * problem.action_width),
-                          rows);
+  const Noise noise = {
+      .action = Normal(Key(problem, iteration, order, kNoise),
+                       rows * problem.action_width),
+      .latent = Normal(Key(problem, iteration, order, kLatents),
+                       rows * problem.latent_width)};
+  const Acted acted = Act(problem, executor, std, observations, noise, rows);
   const Outcome outcome =
       Judge(problem, Key(problem, iteration, order, kEnds), acted, right, rows);
   const int64_t truncations =
@@ -207,6 +221,7 @@ v1::Segment MakeSegment(const SyntheticProblem& problem, int64_t iteration,
   writer.Set(column::kActionMean, acted.mean);
   writer.Set(column::kTarget, right);
   writer.Set(column::kLogProbability, acted.log_probability);
+  writer.Set(column::kLatentNoise, noise.latent);
   writer.Set(column::kReward, outcome.reward);
   writer.Set(column::kRewardTerms, outcome.reward_terms);
   writer.Set(column::kBodyDistance, outcome.body_distance);

@@ -20,6 +20,7 @@ struct SyntheticProblem {
   uint64_t seed = 1;
   int64_t observation_width = 6;
   int64_t action_width = 3;
+  int64_t latent_width = 0;  // of a policy whose latent PPO learns; 0: none
   int orders = 8;
   int environments = 8;  // per order
   int steps = 32;

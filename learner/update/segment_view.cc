@@ -30,6 +30,9 @@ absl::StatusOr<SegmentView> ViewSegment(const v1::Segment& segment,
   view.action = ColumnOf<float>(segment, column::kAction);
   view.action_mean = ColumnOf<float>(segment, column::kActionMean);
   view.log_probability = ColumnOf<float>(segment, column::kLogProbability);
+  if (FindColumn(segment, column::kLatentNoise) != nullptr) {
+    view.latent_noise = ColumnOf<float>(segment, column::kLatentNoise);
+  }
   view.reward = ColumnOf<float>(segment, column::kReward);
   view.reward_terms = ColumnOf<float>(segment, column::kRewardTerms);
   view.body_distance = ColumnOf<float>(segment, column::kBodyDistance);

@@ -23,6 +23,7 @@ struct SegmentView {
   absl::Span<const float> action;                  // [T, E, A]
   absl::Span<const float> action_mean;             // [T, E, A]
   absl::Span<const float> log_probability;         // [T, E]
+  absl::Span<const float> latent_noise;            // [T, E, Z]; empty: none
   absl::Span<const float> reward;                  // [T, E]
   absl::Span<const float> reward_terms;            // [T, E, 4]
   absl::Span<const float> body_distance;           // [T, E]

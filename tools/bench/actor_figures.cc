@@ -12,9 +12,11 @@
 #include "absl/strings/str_cat.h"
 #include "actor/prepared_snapshot.h"
 #include "actor/rollout.h"
+#include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/policy/builder.h"
 #include "common/policy/executor.h"
+#include "common/policy/latent_builder.h"
 #include "common/policy/safetensors.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
@@ -48,7 +50,24 @@ struct Policy {
   TensorMap weights;
 };
 
+// Of a recipe in which PPO learns a latent.
+absl::StatusOr<Policy> UntrainedLatent(const actor::RolloutAssets& assets) {
+  policy::LatentPolicyOptions options;
+  options.self_observation_width = assets.task().self_observation_width();
+  options.observation_width = assets.task().observation_width();
+  options.action_width = assets.task().action_width();
+  options.network = assets.recipe().network();
+  options.network.set_initial_std(0.05);
+  options.explores = true;
+  Policy result;
+  SINEW_ASSIGN_OR_RETURN(result.graph, policy::BuildLatentPolicy(options));
+  SINEW_ASSIGN_OR_RETURN(result.weights,
+                         policy::InitialLatentWeights(options, /*seed=*/1));
+  return result;
+}
+
 absl::StatusOr<Policy> UntrainedPolicy(const actor::RolloutAssets& assets) {
+  if (RecordedLatentWidth(assets.recipe()) > 0) return UntrainedLatent(assets);
   policy::TrackingPolicyOptions options;
   options.observation_width = assets.task().observation_width();
   options.action_width = assets.task().action_width();
@@ -61,8 +80,27 @@ absl::StatusOr<Policy> UntrainedPolicy(const actor::RolloutAssets& assets) {
   return result;
 }
 
+// A LINEAR node with its result as a tap; without `input` of one of its own.
+void AddProduct(const v1::Node& node, const std::string& input, int64_t width,
+                v1::Graph& graph) {
+  v1::Node& product = *graph.add_nodes();
+  product = node;
+  product.set_inputs(0, input);
+  if (input.empty()) {
+    v1::GraphInput& own = *graph.add_inputs();
+    own.set_name(absl::StrCat(node.name(), "/input"));
+    own.set_width(width);
+    own.set_kind(v1::GraphInput::KIND_DATA);
+    product.set_inputs(0, own.name());
+  }
+  v1::Tap& tap = *graph.add_taps();
+  tap.set_name(absl::StrCat(node.name(), "/result"));
+  tap.set_value(node.name());
+}
+
 // The policy's LINEAR nodes alone, each of the result of the one before it in
-// the graph: a composer's primitives all begin at the observation.
+// the graph: a composer's primitives all begin at the observation. One that
+// reads several values joined, as a decoder does, has an input of its own.
 absl::StatusOr<std::unique_ptr<policy::Executor>> ProductsAlone(
     const actor::RolloutAssets& assets, int batch) {
   SINEW_ASSIGN_OR_RETURN(Policy policy, UntrainedPolicy(assets));
@@ -72,19 +110,20 @@ absl::StatusOr<std::unique_ptr<policy::Executor>> ProductsAlone(
   chains.set_name("products");
   *chains.mutable_inputs() = whole->inputs();
   std::map<std::string, std::string> source;  // of a node, in `chains`
+  std::map<std::string, int64_t> width;       // of those
   for (const v1::GraphInput& input : whole->inputs()) {
     source[input.name()] = input.name();
+    width[input.name()] = input.width();
   }
   for (const v1::Node& node : whole->nodes()) {
     const std::string& input = source.at(node.inputs(0));
     source[node.name()] = node.op() == v1::OP_LINEAR ? node.name() : input;
     if (node.op() != v1::OP_LINEAR) continue;
-    v1::Node& product = *chains.add_nodes();
-    product = node;
-    product.set_inputs(0, input);
-    v1::Tap& tap = *chains.add_taps();
-    tap.set_name(absl::StrCat(node.name(), "/result"));
-    tap.set_value(node.name());
+    const std::vector<int64_t>& shape =
+        policy.weights.at(node.parameters(0)).shape;
+    AddProduct(node, width.at(input) == shape[1] ? input : "", shape[1],
+               chains);
+    width[node.name()] = shape[0];
   }
   v1::PolicyGraph graph;
   graph.set_format_version(1);
@@ -258,8 +297,9 @@ absl::StatusOr<ActorFigures> MeasureActor(
 absl::StatusOr<v1::Snapshot> IdlePolicy(const actor::RolloutAssets& assets) {
   SINEW_ASSIGN_OR_RETURN(Policy policy, UntrainedPolicy(assets));
   // A composer's primitives are zero already.
-  const auto last = policy.weights.find("policy/mean/weight");
-  if (last != policy.weights.end()) {
+  for (const char* name : {"policy/mean/weight", "decoder/action/weight"}) {
+    const auto last = policy.weights.find(name);
+    if (last == policy.weights.end()) continue;
     const auto elements = last->second.mutable_float32();
     std::fill(elements.begin(), elements.end(), 0.F);
   }

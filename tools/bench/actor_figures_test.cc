@@ -66,6 +66,19 @@ TEST(ActorFigures, AreMeasuredOnAComposer) {
   EXPECT_GT(figures->products_us, 0);
 }
 
+TEST(ActorFigures, AreMeasuredOnALatentThatPpoLearns) {
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_task()->mutable_action()->set_placement(
+      v1::Action::PLACEMENT_ABSOLUTE);
+  recipe.mutable_network()->mutable_latent()->set_width(3);
+
+  const auto figures = MeasureToy(recipe);
+
+  ASSERT_THAT(figures, IsOk());
+  EXPECT_GT(figures->rollout_steps_per_s, 0);
+  EXPECT_GT(figures->products_us, 0);
+}
+
 TEST(ActorFigures, RefusePhysicsThatThePlainLoopDoesNotKnow) {
   v1::Recipe drives = world::testing::ToyRecipe();
   drives.mutable_task()->mutable_actuator_model()->add_drives();

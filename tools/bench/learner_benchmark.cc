@@ -31,7 +31,8 @@ sinew::v1::Recipe MakeRecipe(const std::vector<int>& hidden, int minibatch) {
 
 void PrintLearner(const std::vector<int>& hidden, int minibatch, int updates) {
   const auto ratios = sinew::bench::MeasureLearner(
-      MakeRecipe(hidden, minibatch), kObservation, kAction, updates);
+      MakeRecipe(hidden, minibatch),
+      {.observation = kObservation, .action = kAction}, updates);
   if (!ratios.ok()) {
     std::printf("%s\n", ratios.status().ToString().c_str());
     return;

@@ -28,12 +28,13 @@ double MeasureGemm() {
 }
 
 std::vector<v1::Segment> MakeSegments(const v1::Recipe& recipe,
-                                      int observation_width, int action_width,
+                                      const LearnerWidths& widths,
                                       const learner::PpoLearner& learner) {
   const v1::Rollouts& rollouts = recipe.rollouts();
   return learner::MakeSyntheticSegments(
-      {.observation_width = observation_width,
-       .action_width = action_width,
+      {.observation_width = widths.observation,
+       .action_width = widths.action,
+       .latent_width = RecordedLatentWidth(recipe),
        .orders = rollouts.environments() / rollouts.environments_per_order(),
        .environments = rollouts.environments_per_order(),
        .steps = rollouts.horizon(),
@@ -66,18 +67,20 @@ absl::Status Update(learner::PpoLearner& learner,
 }  // namespace
 
 absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
-                                             int observation_width,
-                                             int action_width, int updates) {
+                                             const LearnerWidths& widths,
+                                             int updates) {
   v1::Recipe full = WithDefaults(recipe);
   full.mutable_ppo()->set_kl_stop(std::numeric_limits<float>::max());
   full.mutable_ppo()->set_bfloat16(false);
   const auto create =
       [&](int ranks) -> absl::StatusOr<std::unique_ptr<learner::PpoLearner>> {
-    SINEW_ASSIGN_OR_RETURN(std::unique_ptr<learner::PpoLearner> learner,
-                           learner::PpoLearner::Create(
-                               full, {.observation_width = observation_width,
-                                      .action_width = action_width,
-                                      .ranks = ranks}));
+    SINEW_ASSIGN_OR_RETURN(
+        std::unique_ptr<learner::PpoLearner> learner,
+        learner::PpoLearner::Create(
+            full, {.observation_width = widths.observation,
+                   .self_observation_width = widths.self_observation,
+                   .action_width = widths.action,
+                   .ranks = ranks}));
     // Untrained primitives cost as much as trained ones.
     if (full.network().has_composer()) {
       SINEW_RETURN_IF_ERROR(learner->InitFrom(learner->weights()));
@@ -96,8 +99,7 @@ absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
     SINEW_ASSIGN_OR_RETURN(bfloat16, create(1));
     ratios.bfloat16.emplace();
   }
-  const std::vector<v1::Segment> segments =
-      MakeSegments(full, observation_width, action_width, *one);
+  const std::vector<v1::Segment> segments = MakeSegments(full, widths, *one);
   const std::vector<const v1::Segment*> pointers = learner::Pointers(segments);
   for (int i = 0; i < updates; ++i) {
     SINEW_RETURN_IF_ERROR(Update(*one, pointers, i, ratios.one_rank));

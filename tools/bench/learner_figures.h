@@ -29,6 +29,13 @@ struct LearnerRatios {
   std::optional<double> bfloat16_ratio;
 };
 
+// Columns of a task (tools/training/task_setup.h says what each is).
+struct LearnerWidths {
+  int observation = 0;
+  int self_observation = 0;  // with a latent
+  int action = 0;
+};
+
 // Updates learners of this recipe (one rank, two ranks, and in bfloat16 where
 // the CPU has it) in turn, `updates` times each, on made-up segments of the
 // recipe's size (learner/ppo/synthetic_segments.h), the plain product measured
@@ -37,8 +44,8 @@ struct LearnerRatios {
 //
 // Blocking: seconds per update. Errors: those of PpoLearner.
 absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
-                                             int observation_width,
-                                             int action_width, int updates);
+                                             const LearnerWidths& widths,
+                                             int updates);
 
 }  // namespace sinew::bench
 

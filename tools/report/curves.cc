@@ -145,8 +145,9 @@ Json TrainingCurves(const std::vector<Json>& rows) {
           bucket.Mean([&](const Json& row) { return RewardTerm(row, term); }));
     }
     for (const char* name : kDistillationValues) {
+      // Of a latent that PPO learns, latent_kl is the row's own.
       columns[name].push_back(bucket.Mean([&](const Json& row) {
-        return NumberAt(row, {"distillation", name}, kAbsent);
+        return NumberAt(row, {"distillation", name}, Value(row, name));
       }));
     }
     columns["action_error_mrad"].push_back(bucket.Mean([](const Json& row) {

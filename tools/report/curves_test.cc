@@ -93,5 +93,16 @@ TEST(Curves, HoldWhatADistillationMeasures) {
   EXPECT_FALSE(TrainingCurves(Rows(2)).contains("action_error_mrad"));
 }
 
+TEST(Curves, HoldTheKlOfALatentThatPpoLearns) {
+  std::vector<Json> rows = Rows(2);
+  rows[1]["latent_kl"] = 2.5;
+
+  const Json curves = TrainingCurves(rows);
+
+  EXPECT_TRUE(curves["latent_kl"][0].is_null());
+  EXPECT_DOUBLE_EQ(curves["latent_kl"][1].get<double>(), 2.5);
+  EXPECT_FALSE(curves.contains("memory_rows"));
+}
+
 }  // namespace
 }  // namespace sinew::report

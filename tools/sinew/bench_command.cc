@@ -154,8 +154,12 @@ absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
   recipe.mutable_rollouts()->set_horizon(2 * kMinibatch / kLearnerEnvironments);
   SINEW_ASSIGN_OR_RETURN(
       const bench::LearnerRatios ratios,
-      bench::MeasureLearner(recipe, assets.task().observation_width(),
-                            assets.task().action_width(), options.updates));
+      bench::MeasureLearner(
+          recipe,
+          {.observation = assets.task().observation_width(),
+           .self_observation = assets.task().self_observation_width(),
+           .action = assets.task().action_width()},
+          options.updates));
   Json section = LearnerJson(ratios.one_rank);
   section["minibatch"] = kMinibatch;
   section["gemm_ratio"] = ratios.gemm_ratio;

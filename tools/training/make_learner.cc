@@ -14,11 +14,12 @@ absl::StatusOr<std::unique_ptr<learner::Learner>> MakePpo(
     const std::optional<InitialPolicy>& initial) {
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<learner::PpoLearner> learner,
-      learner::PpoLearner::Create(recipe,
-                                  {.observation_width = setup.observation_width,
-                                   .action_width = setup.action_width,
-                                   .ranks = ranks,
-                                   .mirror = setup.mirror}));
+      learner::PpoLearner::Create(
+          recipe, {.observation_width = setup.observation_width,
+                   .self_observation_width = setup.self_observation_width,
+                   .action_width = setup.action_width,
+                   .ranks = ranks,
+                   .mirror = setup.mirror}));
   if (initial) {
     SINEW_RETURN_IF_ERROR(BeginWith(*initial, recipe, setup, *learner));
   }

@@ -109,6 +109,7 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
                      {"seconds", SecondsRow(report, figures)}};
   row.update(rest);
   row["curriculum"] = SummaryJson(report.curriculum);
+  if (update.latent_kl) row["latent_kl"] = *update.latent_kl;
   if (update.distillation) {
     row["distillation"] = DistillationRow(*update.distillation);
   }

@@ -162,6 +162,16 @@ TEST(MetricsLogTest, HasTheDistillationOnlyWhereTheRecipeHasOne) {
   EXPECT_EQ(rows[1]["seconds"]["label"], 0.25);
 }
 
+TEST(MetricsLogTest, HasTheKlOfALatentOnlyWherePpoLearnsOne) {
+  learner::IterationReport with;
+  with.update.latent_kl = 0.75;
+
+  const std::vector<Json> rows = RowsOf({learner::IterationReport(), with});
+
+  EXPECT_FALSE(rows[0].contains("latent_kl"));
+  EXPECT_EQ(rows[1]["latent_kl"], 0.75);
+}
+
 TEST(MetricsLogTest, HasTheClipsThatAreDrawnFromWhereTheyAreFewer) {
   learner::IterationReport all;
   all.evaluation = EvaluationSummary();

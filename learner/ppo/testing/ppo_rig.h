@@ -52,11 +52,15 @@ inline v1::Recipe MakeRecipe(const std::string& overrides = "") {
   return recipe;
 }
 
+// Where there is a latent, the body's own state is all but two columns of the
+// observation.
 inline std::unique_ptr<PpoLearner> MakeLearner(const v1::Recipe& recipe,
                                                int ranks = 2) {
   const SyntheticProblem problem;
   auto learner = PpoLearner::Create(
       recipe, {.observation_width = static_cast<int>(problem.observation_width),
+               .self_observation_width =
+                   static_cast<int>(problem.observation_width) - 2,
                .action_width = static_cast<int>(problem.action_width),
                .ranks = ranks});
   EXPECT_THAT(learner.status(), sinew::testing::IsOk());

@@ -1,4 +1,4 @@
-#include "learner/distillation/training_graph.h"
+#include "learner/update/training_graph.h"
 
 #include <map>
 #include <utility>
@@ -12,8 +12,9 @@
 namespace sinew::learner {
 namespace {
 
-constexpr char kTraining[] = "distillation";
+constexpr char kTraining[] = "training";
 constexpr char kObservation[] = "observation";
+constexpr char kNoise[] = "noise";  // of the latent
 constexpr char kSelf[] = "self_observation";
 
 std::string InPrior(const std::string& name) {
@@ -64,7 +65,7 @@ absl::Status AddPrior(const v1::Graph& prior, v1::Graph& graph) {
   return absl::OkStatus();
 }
 
-// Outputs and noise of a student with a latent, into `result`.
+// Outputs and noise of a policy with a latent, into `result`.
 absl::Status AddLatent(const v1::PolicyGraph& graph, v1::Graph& joined,
                        TrainingGraph& result) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* encoder,
@@ -80,15 +81,15 @@ absl::Status AddLatent(const v1::PolicyGraph& graph, v1::Graph& joined,
     SINEW_ASSIGN_OR_RETURN(const std::string value, TapValue(*prior, tap));
     result.outputs.push_back(InPrior(value));
   }
-  for (const v1::GraphInput& input : joined.inputs()) {
-    if (input.kind() != v1::GraphInput::KIND_NORMAL) continue;
-    result.noise = input.name();
-    result.latent_width = input.width();
+  const v1::GraphInput* noise = FindInput(joined, kNoise);
+  if (noise == nullptr || noise->kind() != v1::GraphInput::KIND_NORMAL) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("graph policy: expected an input \"", kNoise,
+                     "\" of normal noise for the latent, found none"));
   }
-  if (result.latent_width > 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      "graph policy: expected an input of normal noise for the latent, found "
-      "none");
+  result.noise = noise->name();
+  result.latent_width = noise->width();
+  return absl::OkStatus();
 }
 
 }  // namespace

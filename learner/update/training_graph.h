@@ -1,5 +1,5 @@
-#ifndef SINEW_LEARNER_DISTILLATION_TRAINING_GRAPH_H_
-#define SINEW_LEARNER_DISTILLATION_TRAINING_GRAPH_H_
+#ifndef SINEW_LEARNER_UPDATE_TRAINING_GRAPH_H_
+#define SINEW_LEARNER_UPDATE_TRAINING_GRAPH_H_
 
 #include <cstdint>
 #include <string>
@@ -10,18 +10,19 @@
 
 namespace sinew::learner {
 
-// What a distillation differentiates, made of the graphs that act.
+// What learning differentiates, made of the graphs that act.
 //
 // Pure functions: thread-safe, never blocking. Errors: NOT_FOUND or
 // INVALID_ARGUMENT naming graph and value.
 
-// A graph of PolicyGraph that computes all that the loss reads at once.
+// A graph of PolicyGraph that computes all that a loss reads of the policy at
+// once.
 struct TrainingGraph {
   v1::PolicyGraph all;  // with the graph `name` among the others
   std::string name;
   std::string noise;  // input with the latent's noise; empty: no latent
-  // Nodes: the action; then, with a latent, posterior mean and log variance,
-  // prior mean and log variance.
+  // Nodes: the action's mean; then, with a latent, posterior mean and log
+  // variance, prior mean and log variance.
   std::vector<std::string> outputs;
   int64_t observation_width = 0;
   int64_t action_width = 0;
@@ -30,8 +31,8 @@ struct TrainingGraph {
 
 // With a graph "prior" (common/policy/latent_builder.h): graph "policy" and,
 // beside it, that of the prior, fed with the first columns of the observation;
-// its nodes get "prior/" before their names. Else: graph "policy" as it is,
-// regressed at its tap "mean".
+// its nodes get "prior/" before their names. Else: graph "policy" as it is.
+// Both are read at its tap "mean": where the policy explores, without that.
 absl::StatusOr<TrainingGraph> MakeTrainingGraph(const v1::PolicyGraph& graph);
 
 // The tracking policy of common/policy/builder.h with neither exploration nor
@@ -42,4 +43,4 @@ absl::StatusOr<v1::PolicyGraph> WithoutExploration(
 
 }  // namespace sinew::learner
 
-#endif  // SINEW_LEARNER_DISTILLATION_TRAINING_GRAPH_H_
+#endif  // SINEW_LEARNER_UPDATE_TRAINING_GRAPH_H_
