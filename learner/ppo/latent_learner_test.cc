@@ -1,13 +1,20 @@
 // A latent that PPO learns from rewards alone.
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -94,6 +101,73 @@ TEST(LatentLearner, BeginsWithThePolicyThatHasActed) {
   EXPECT_EQ(statistics.clip_fraction, 0);
   // Of the action alone: 3 (ln 0.3 + (1 + ln 2 pi) / 2) = 0.6449.
   EXPECT_NEAR(statistics.entropy, 0.6449, 1e-3);
+}
+
+// Taps "mean" and "std" of a graph for one observation, by the Eigen executor.
+struct Normal {
+  std::vector<float> mean, std;
+};
+
+Normal NormalOf(policy::Executor& executor, const char* input,
+                absl::Span<const float> row) {
+  std::copy(row.begin(), row.end(),
+            executor.input(executor.input_index(input)).begin());
+  executor.Run(1);
+  const auto tap = [&](const char* name) {
+    const auto values = executor.tap(executor.tap_index(name));
+    return std::vector<float>(values.begin(), values.end());
+  };
+  return {tap("mean"), tap("std")};
+}
+
+std::unique_ptr<policy::Executor> ExecutorOf(const PpoLearner& learner,
+                                             const char* graph) {
+  const auto pack =
+      policy::PackWeights(learner.graph(), graph, learner.weights());
+  return *policy::Executor::Create(*pack, /*max_batch=*/1);
+}
+
+// Mean over steps of KL(posterior || prior), by the graphs that bundles have.
+double MeanLatentKl(const PpoLearner& learner,
+                    const std::vector<v1::Segment>& segments) {
+  const auto encoder = ExecutorOf(learner, "encoder");
+  const auto prior = ExecutorOf(learner, "prior");
+  const auto width = static_cast<size_t>(kProblem.observation_width);
+  double sum = 0;
+  size_t rows = 0;
+  for (const v1::Segment& segment : segments) {
+    const v1::Tensor& column = *FindColumn(segment, column::kObservation);
+    std::vector<float> observations(column.data().size() / sizeof(float));
+    std::memcpy(observations.data(), column.data().data(),
+                column.data().size());
+    for (size_t i = 0; i < observations.size(); i += width, ++rows) {
+      const absl::Span<const float> row(&observations[i], width);
+      const Normal q = NormalOf(*encoder, "observation", row);
+      // The body's own state is all but two columns.
+      const Normal p =
+          NormalOf(*prior, "self_observation", row.first(width - 2));
+      for (size_t z = 0; z < q.mean.size(); ++z) {
+        const double s = q.std[z], r = p.std[z], d = q.mean[z] - p.mean[z];
+        sum += std::log(r / s) + (s * s + d * d) / (2 * r * r) - 0.5;
+      }
+    }
+  }
+  return sum / static_cast<double>(rows);
+}
+
+TEST(LatentLearner, TheKlIsThatOfAStepInTheMean) {
+  // The normaliser that acted is the one that the update uses.
+  const auto learner = MakeLearner(
+      LatentRecipe("network { last_layer_gain: 1 }"
+                   "ppo { policy_learning_rate: 1e-12 epochs: 2 }"));
+  const std::vector<v1::Segment> segments = Collect(*learner, 0, kProblem);
+  const double expected = MeanLatentKl(*learner, segments);
+
+  const auto statistics = learner->Update(Pointers(segments), 0);
+
+  ASSERT_THAT(statistics, IsOk());
+  EXPECT_GT(expected, 1e-3);
+  EXPECT_NEAR(*statistics->latent_kl, expected, 1e-3 * expected);
 }
 
 TEST(LatentLearner, NeedsTheNoiseThatHasActed) {
@@ -204,8 +278,9 @@ TEST(LatentLearner, StartsFromAnotherRunsWeights) {
 }
 
 TEST(LatentLearner, HasTheGraphsOfAStudentAndACritic) {
+  const auto learner = MakeLearner(LatentRecipe());
   std::set<std::string> names;
-  for (const v1::Graph& graph : MakeLearner(LatentRecipe())->graph().graphs()) {
+  for (const v1::Graph& graph : learner->graph().graphs()) {
     names.insert(graph.name());
   }
 

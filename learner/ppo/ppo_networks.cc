@@ -217,6 +217,9 @@ class Networks final : public PpoNetworks {
       return at::zeros({rows, policy_.latent_width},
                        at::TensorOptions(device_).dtype(at::kFloat));
     }
+    SINEW_CHECK(static_cast<int64_t>(noise.size()) ==
+                rows * policy_.latent_width)
+        << noise.size() << " " << rows << " " << policy_.latent_width;
     return HostView(noise, {rows, policy_.latent_width}, at::kFloat)
         .to(device_);
   }

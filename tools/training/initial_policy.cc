@@ -78,31 +78,41 @@ std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
   return "none";
 }
 
-// Whether both compute the same, weights apart.
-absl::Status SameNetwork(const v1::PolicyGraph& expected,
-                         const v1::PolicyGraph& found) {
+// Whether graph `name` computes the same in both, weights apart; `field` of the
+// recipe decides on it.
+absl::Status SameGraph(const std::string& name, const std::string& field,
+                       const v1::PolicyGraph& expected,
+                       const v1::PolicyGraph& found) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* want,
-                         policy::FindGraph(expected, "policy"));
-  SINEW_ASSIGN_OR_RETURN(const v1::Graph* have,
-                         policy::FindGraph(found, "policy"));
+                         policy::FindGraph(expected, name));
+  SINEW_ASSIGN_OR_RETURN(const v1::Graph* have, policy::FindGraph(found, name));
   if (want->nodes_size() != have->nodes_size()) {
-    return Unfit("graph policy (network.policy_hidden)",
+    return Unfit(absl::StrCat("graph ", name, " (", field, ")"),
                  absl::StrCat(want->nodes_size(), " nodes"),
                  absl::StrCat(have->nodes_size()));
   }
   for (int i = 0; i < want->nodes_size(); ++i) {
-    SINEW_RETURN_IF_ERROR(
-        SameMessage(absl::StrCat("graph policy: node ", want->nodes(i).name()),
-                    want->nodes(i), have->nodes(i)));
-    for (const std::string& name : want->nodes(i).parameters()) {
-      const std::string shape = ShapeOf(expected, name);
-      if (shape == ShapeOf(found, name)) continue;
+    SINEW_RETURN_IF_ERROR(SameMessage(
+        absl::StrCat("graph ", name, ": node ", want->nodes(i).name()),
+        want->nodes(i), have->nodes(i)));
+    for (const std::string& parameter : want->nodes(i).parameters()) {
+      const std::string shape = ShapeOf(expected, parameter);
+      if (shape == ShapeOf(found, parameter)) continue;
       return Unfit(
-          absl::StrCat("parameter ", name, " (network.policy_hidden): shape"),
-          shape, ShapeOf(found, name));
+          absl::StrCat("parameter ", parameter, " (", field, "): shape"), shape,
+          ShapeOf(found, parameter));
     }
   }
   return absl::OkStatus();
+}
+
+// The same of what is trained: the prior is not part of the policy.
+absl::Status SameNetwork(const v1::PolicyGraph& expected,
+                         const v1::PolicyGraph& found) {
+  SINEW_RETURN_IF_ERROR(
+      SameGraph("policy", "network.policy_hidden", expected, found));
+  if (!policy::FindGraph(expected, "prior").ok()) return absl::OkStatus();
+  return SameGraph("prior", "network.latent.prior_hidden", expected, found);
 }
 
 bool IsComposer(const v1::PolicyGraph& graph) {

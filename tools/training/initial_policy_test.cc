@@ -11,6 +11,7 @@
 
 #include "absl/status/status.h"
 #include "common/clock.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
 #include "common/policy/safetensors.h"
@@ -18,6 +19,7 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
 #include "gmock/gmock.h"
@@ -77,6 +79,7 @@ struct NewRun {
                        toy.library_folder);
     learner = *learner::PpoLearner::Create(
         recipe, {.observation_width = setup.observation_width,
+                 .self_observation_width = setup.self_observation_width,
                  .action_width = setup.action_width});
   }
   absl::Status Begin(const InitialPolicy& policy) const {
@@ -221,6 +224,55 @@ TEST(InitialPolicy, RefusesABundleOfAnotherCharacterOrObservation) {
   EXPECT_THAT(run.Begin({.init = other, .primitives = {}}),
               StatusIs(kInvalid, AllOf(HasSubstr(other),
                                        HasSubstr("observation: expected"))));
+}
+
+// A latent that PPO learns; widths of the prior's hidden layers.
+v1::Recipe LatentRecipe(const std::vector<int>& prior_hidden) {
+  v1::Recipe recipe = bundle::testing::ToyLatentRecipe();
+  recipe.mutable_network()->Clear();
+  recipe.mutable_network()->add_value_hidden(8);
+  v1::Latent& latent = *recipe.mutable_network()->mutable_latent();
+  latent.set_width(6);
+  latent.add_encoder_hidden(8);
+  latent.add_decoder_hidden(8);
+  for (const int width : prior_hidden) latent.add_prior_hidden(width);
+  return WithDefaults(recipe);
+}
+
+// A bundle of the policy that such a run begins with.
+std::string WriteLatent(const NewRun& run, const std::string& name) {
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld(run.recipe);
+  bundle::BundleContent content = bundle::testing::ToyLatentContent(toy);
+  content.graph = run.learner->graph();
+  auto& graphs = *content.graph.mutable_graphs();
+  for (int i = 0; i < graphs.size(); ++i) {
+    if (graphs[i].name() != "critic") continue;
+    graphs.DeleteSubrange(i, 1);
+    break;
+  }
+  content.weights = run.learner->weights();
+  const std::string directory = JoinPath(toy.folder, name);
+  EXPECT_THAT(bundle::WriteBundle(content, directory), IsOk());
+  return directory;
+}
+
+TEST(InitialPolicy, TakesTheSamePriorAndRefusesOneOfOtherLayers) {
+  const NewRun run(LatentRecipe({8}));
+  const std::string same = WriteLatent(NewRun(LatentRecipe({8})), "same");
+  const std::string deep = WriteLatent(NewRun(LatentRecipe({8, 8})), "deep");
+  const std::string wide = WriteLatent(NewRun(LatentRecipe({9})), "wide");
+
+  EXPECT_THAT(run.Begin({.init = same, .primitives = {}}), IsOk());
+  EXPECT_THAT(
+      run.Begin({.init = deep, .primitives = {}}),
+      StatusIs(kInvalid,
+               AllOf(HasSubstr(deep),
+                     HasSubstr("graph prior (network.latent.prior_hidden): "
+                               "expected"))));
+  EXPECT_THAT(
+      run.Begin({.init = wide, .primitives = {}}),
+      StatusIs(kInvalid, AllOf(HasSubstr(wide),
+                               HasSubstr("network.latent.prior_hidden"))));
 }
 
 TEST(InitialPolicy, RefusesAnInitThatActsByAnotherLawOrAtAnotherRate) {
