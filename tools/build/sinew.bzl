@@ -33,42 +33,39 @@ def _copts(copts):
         "//conditions:default": [],
     }) + copts
 
-# A test's own source runs once; what it tests is optimised as ever. Most of the
-# time of a cold build is compiling tests.
+# A test's own source runs once; what it tests is optimised as ever.
 TEST_COPTS = ["-O0"]
 
-def _precompiled(name):
-    """The flags and the dependency of a precompiled header of this package."""
+def _precompiled(headers, srcs = None):
+    """Flags and dependency of a precompiled header of tools/build.
+
+    Args:
+      headers: its name.
+      srcs: sources that it is for; without C++ among them, there is none.
+    """
+    if srcs != None and not [src for src in srcs if src.endswith(".cc")]:
+        return struct(copts = [], deps = [])
     return struct(
         copts = select({
             "//tools/build:precompiled": [
                 "-include-pch",
-                "$(BINDIR)/tools/build/%s.pch" % name,
+                "$(BINDIR)/tools/build/%s.pch" % headers,
             ],
             "//conditions:default": [],
         }),
         deps = select({
-            "//tools/build:precompiled": ["//tools/build:" + name],
+            "//tools/build:precompiled": ["//tools/build:" + headers],
             "//conditions:default": [],
         }),
     )
 
+def _headers_of(deps):
+    """The precompiled header for sources of these dependencies."""
+    return "command_headers" if "@system//:cli11" in deps else "library_headers"
+
 def sinew_cc_library(name, srcs = [], hdrs = [], deps = [], copts = [], features = [], **kwargs):
     """A library of own code; arguments are cc_library's."""
-    if not [src for src in srcs if src.endswith(".cc")]:
-        native.cc_library(
-            name = name,
-            srcs = srcs,
-            hdrs = hdrs,
-            copts = _copts(copts),
-            features = _FEATURES + features,
-            deps = deps,
-            **kwargs
-        )
-        return
-    precompiled = _precompiled(
-        "command_headers" if "@system//:cli11" in deps else "library_headers",
-    )
+    precompiled = _precompiled(_headers_of(deps), srcs)
     native.cc_library(
         name = name,
         srcs = srcs,
@@ -81,7 +78,7 @@ def sinew_cc_library(name, srcs = [], hdrs = [], deps = [], copts = [], features
 
 def sinew_cc_binary(name, srcs = [], deps = [], copts = [], features = [], **kwargs):
     """A program of own code; arguments are cc_binary's."""
-    precompiled = _precompiled("library_headers")
+    precompiled = _precompiled(_headers_of(deps), srcs)
     native.cc_binary(
         name = name,
         srcs = srcs,
