@@ -2,18 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/match.h"
-#include "absl/types/span.h"
 #include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
+#include "common/policy/testing/latent_rig.h"
 #include "common/policy/validate.h"
-#include "common/random/philox.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -21,100 +18,22 @@
 namespace sinew::policy {
 namespace {
 
-using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
-using ::testing::Each;
 using ::testing::ElementsAre;
+using testing::ExploringOptions;
 using ::testing::HasSubstr;
-
-constexpr int kRows = 3, kSelf = 7, kObservation = 12, kAction = 5, kLatent = 4;
-
-LatentPolicyOptions SmallOptions() {
-  LatentPolicyOptions options{.self_observation_width = kSelf,
-                              .observation_width = kObservation,
-                              .action_width = kAction};
-  options.network.set_activation(v1::Network::ACTIVATION_SILU);
-  options.network.set_last_layer_gain(0.3);
-  options.network.set_observation_clip(8);
-  v1::Latent& latent = *options.network.mutable_latent();
-  latent.set_width(kLatent);
-  latent.add_encoder_hidden(16);
-  latent.add_encoder_hidden(9);
-  latent.add_prior_hidden(11);
-  latent.add_decoder_hidden(13);
-  latent.set_log_variance_low(-5);
-  latent.set_log_variance_high(2);
-  return options;
-}
-
-// The same where it is to be learnt by PPO.
-LatentPolicyOptions ExploringOptions() {
-  LatentPolicyOptions options = SmallOptions();
-  options.explores = true;
-  options.network.add_value_hidden(6);
-  options.network.set_initial_std(0.5);
-  return options;
-}
-
-// Initial weights with normalisers and biases that do something.
-TensorMap LivelyWeights(const LatentPolicyOptions& options = SmallOptions()) {
-  TensorMap weights = *InitialLatentWeights(options, 3);
-  uint64_t index = 0;
-  for (auto& [name, tensor] : weights) {
-    if (!absl::EndsWith(name, "/mean") && !absl::EndsWith(name, "/bias")) {
-      continue;
-    }
-    FillNormal({.seed = 5, .environment = index++}, tensor.mutable_float32());
-  }
-  return weights;
-}
-
-using Values = std::map<std::string, std::vector<float>>;
-
-// All taps of a graph for kRows rows of inputs.
-Values RunGraph(const std::string& name, const TensorMap& weights,
-                const Values& inputs,
-                const LatentPolicyOptions& options = SmallOptions()) {
-  const v1::PolicyGraph graph = *BuildLatentPolicy(options);
-  auto executor = *Executor::Create(*PackWeights(graph, name, weights), kRows);
-  for (const auto& [input, values] : inputs) {
-    const auto to = executor->input(executor->input_index(input));
-    EXPECT_EQ(to.size(), values.size()) << input;
-    std::copy(values.begin(), values.end(), to.begin());
-  }
-  executor->Run(kRows);
-  Values taps;
-  for (const v1::Tap& tap : (*FindGraph(graph, name))->taps()) {
-    const auto values = executor->tap(executor->tap_index(tap.name()));
-    taps[tap.name()].assign(values.begin(), values.end());
-  }
-  return taps;
-}
-
-std::vector<float> Normal(uint64_t seed, int width) {
-  std::vector<float> values(kRows * width);
-  FillNormal({.seed = seed}, absl::MakeSpan(values));
-  return values;
-}
-
-// The first kSelf columns of observations.
-std::vector<float> OwnColumns(const std::vector<float>& observations) {
-  std::vector<float> own;
-  for (int row = 0; row < kRows; ++row) {
-    const auto* begin = observations.data() + row * kObservation;
-    own.insert(own.end(), begin, begin + kSelf);
-  }
-  return own;
-}
-
-std::set<std::string> ParametersOf(const v1::Graph& graph) {
-  std::set<std::string> names;
-  for (const v1::Node& node : graph.nodes()) {
-    names.insert(node.parameters().begin(), node.parameters().end());
-  }
-  return names;
-}
+using testing::kLatent;
+using testing::kObservation;
+using testing::kRows;
+using testing::kSelf;
+using testing::LivelyWeights;
+using testing::Normal;
+using testing::OwnColumns;
+using testing::ParametersOf;
+using testing::RunGraph;
+using testing::SmallOptions;
+using testing::Values;
 
 TEST(LatentBuilder, MakesGraphsThatAreValidWithTheirInitialWeights) {
   const auto graph = BuildLatentPolicy(SmallOptions());
@@ -309,107 +228,6 @@ TEST(LatentBuilder, ExecutesAndRecordsTheActionWithoutADistribution) {
     EXPECT_EQ(tap.recorded(), tap.name() != "latent");
     EXPECT_EQ(tap.distribution_case(), v1::Tap::DISTRIBUTION_NOT_SET);
   }
-}
-
-TEST(LatentBuilder, OneThatExploresActsAroundTheDecoderOfItsLatent) {
-  const TensorMap weights = LivelyWeights(ExploringOptions());
-  const std::vector<float> observation = Normal(51, kObservation);
-  const std::vector<float> noise = Normal(52, kLatent);
-  const std::vector<float> action_noise = Normal(53, kAction);
-
-  const Values policy = RunGraph("policy", weights,
-                                 {{"observation", observation},
-                                  {"noise", noise},
-                                  {"action_noise", action_noise}},
-                                 ExploringOptions());
-
-  EXPECT_EQ(policy.at("latent_noise"), noise);
-  EXPECT_EQ(policy.at("mean"),
-            RunGraph("decoder", weights,
-                     {{"self_observation", OwnColumns(observation)},
-                      {"latent", policy.at("latent")}},
-                     ExploringOptions())
-                .at("action"));
-  for (size_t i = 0; i < kRows * kAction; ++i) {
-    EXPECT_NEAR(policy.at("action")[i],
-                policy.at("mean")[i] + 0.5 * action_noise[i], 1e-5f);
-  }
-}
-
-TEST(LatentBuilder, WithoutNoiseItExploresNot) {
-  const TensorMap weights = LivelyWeights(ExploringOptions());
-  const std::vector<float> observation = Normal(61, kObservation);
-
-  const Values policy = RunGraph(
-      "policy", weights, {{"observation", observation}}, ExploringOptions());
-
-  EXPECT_EQ(policy.at("action"), policy.at("mean"));
-  EXPECT_EQ(policy.at("latent"),
-            RunGraph("encoder", weights, {{"observation", observation}},
-                     ExploringOptions())
-                .at("mean"));
-}
-
-TEST(LatentBuilder, OneThatExploresHasAGaussianAndACriticBesideTheSameGraphs) {
-  const auto plain = *BuildLatentPolicy(SmallOptions());
-  const auto graph = *BuildLatentPolicy(ExploringOptions());
-
-  for (const v1::Tap& tap : (*FindGraph(graph, "policy"))->taps()) {
-    EXPECT_EQ(tap.executed(), tap.name() == "action");
-    EXPECT_EQ(tap.has_gaussian(), tap.name() == "action");
-    EXPECT_EQ(tap.recorded(), tap.name() != "latent");
-  }
-  for (const char* name : {"encoder", "prior", "decoder", "sample"}) {
-    EXPECT_THAT(**FindGraph(graph, name),
-                EqualsProto(**FindGraph(plain, name)));
-  }
-  EXPECT_FALSE(FindGraph(plain, "critic").ok());
-  const v1::Graph& critic = **FindGraph(graph, "critic");
-  ASSERT_EQ(critic.taps_size(), 1);
-  EXPECT_EQ(critic.taps(0).name(), "value");
-  EXPECT_EQ(InferWidths(graph, "critic")->at(critic.taps(0).value()), 1);
-  // Normalisers are what it shares with the policy.
-  const std::set<std::string> policy =
-      ParametersOf(**FindGraph(graph, "policy"));
-  for (const std::string& name : ParametersOf(critic)) {
-    EXPECT_EQ(policy.contains(name), absl::StartsWith(name, "normaliser/"))
-        << name;
-  }
-  const TensorMap weights = *InitialLatentWeights(ExploringOptions(), 1);
-  EXPECT_THAT(ValidateGraph(graph, weights), IsOk());
-  EXPECT_THAT(weights.at("policy/std").float32(), Each(0.5f));
-  for (const v1::Parameter& parameter : graph.parameters()) {
-    if (parameter.name() == "policy/std") EXPECT_TRUE(parameter.frozen());
-  }
-}
-
-TEST(LatentBuilder, InitialWeightsAreAFunctionOfTheSeed) {
-  const auto one = *InitialLatentWeights(SmallOptions(), 7);
-
-  EXPECT_EQ(SerializeSafetensors(one),
-            SerializeSafetensors(*InitialLatentWeights(SmallOptions(), 7)));
-  EXPECT_NE(SerializeSafetensors(one),
-            SerializeSafetensors(*InitialLatentWeights(SmallOptions(), 8)));
-  EXPECT_THAT(one.at("normaliser/goal/inverse_std").float32(), Each(1));
-  EXPECT_THAT(one.at("latent/half").float32(), Each(0.5f));
-  EXPECT_THAT(one.at("decoder/action/bias").float32(), Each(0));
-}
-
-TEST(LatentBuilder, GainsAreThoseOfTheHeader) {
-  const auto weights = *InitialLatentWeights(SmallOptions(), 7);
-  const auto norm = [&](const std::string& name) {
-    double squares = 0;
-    for (const float w : weights.at(name).float32()) squares += w * w;
-    return std::sqrt(squares);
-  };
-
-  // As many orthonormal vectors as the shorter side has.
-  EXPECT_NEAR(norm("encoder/linear_0/weight"), std::sqrt(2.0 * kObservation),
-              1e-5);
-  EXPECT_NEAR(norm("encoder/mean/weight"), 0.3 * std::sqrt(kLatent), 1e-5);
-  EXPECT_NEAR(norm("prior/log_variance/weight"), 0.3 * std::sqrt(kLatent),
-              1e-5);
-  EXPECT_NEAR(norm("decoder/action/weight"), 0.3 * std::sqrt(kAction), 1e-5);
 }
 
 void ExpectRefused(const LatentPolicyOptions& options, const char* message) {
