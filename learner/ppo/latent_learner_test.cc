@@ -1,18 +1,12 @@
 // A latent that PPO learns from rewards alone.
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/string_view.h"
-#include "absl/types/span.h"
-#include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
@@ -20,7 +14,9 @@
 #include "gtest/gtest.h"
 #include "learner/ppo/ppo_learner.h"
 #include "learner/ppo/synthetic_segments.h"
+#include "learner/ppo/testing/latent_kl.h"
 #include "learner/ppo/testing/ppo_rig.h"
+#include "learner/update/segment_view.h"
 
 namespace sinew::learner {
 namespace {
@@ -103,53 +99,20 @@ TEST(LatentLearner, BeginsWithThePolicyThatHasActed) {
   EXPECT_NEAR(statistics.entropy, 0.6449, 1e-3);
 }
 
-// Taps "mean" and "std" of a graph for one observation, by the Eigen executor.
-struct Normal {
-  std::vector<float> mean, std;
-};
-
-Normal NormalOf(policy::Executor& executor, const char* input,
-                absl::Span<const float> row) {
-  std::copy(row.begin(), row.end(),
-            executor.input(executor.input_index(input)).begin());
-  executor.Run(1);
-  const auto tap = [&](const char* name) {
-    const auto values = executor.tap(executor.tap_index(name));
-    return std::vector<float>(values.begin(), values.end());
-  };
-  return {tap("mean"), tap("std")};
-}
-
-std::unique_ptr<policy::Executor> ExecutorOf(const PpoLearner& learner,
-                                             const char* graph) {
-  const auto pack =
-      policy::PackWeights(learner.graph(), graph, learner.weights());
-  return *policy::Executor::Create(*pack, /*max_batch=*/1);
-}
-
-// Mean over steps of KL(posterior || prior), by the graphs that bundles have.
+// Mean over steps of KL(posterior || prior).
 double MeanLatentKl(const PpoLearner& learner,
                     const std::vector<v1::Segment>& segments) {
-  const auto encoder = ExecutorOf(learner, "encoder");
-  const auto prior = ExecutorOf(learner, "prior");
-  const auto width = static_cast<size_t>(kProblem.observation_width);
+  constexpr size_t kWidth = kProblem.observation_width;
   double sum = 0;
   size_t rows = 0;
   for (const v1::Segment& segment : segments) {
-    const v1::Tensor& column = *FindColumn(segment, column::kObservation);
-    std::vector<float> observations(column.data().size() / sizeof(float));
-    std::memcpy(observations.data(), column.data().data(),
-                column.data().size());
-    for (size_t i = 0; i < observations.size(); i += width, ++rows) {
-      const absl::Span<const float> row(&observations[i], width);
-      const Normal q = NormalOf(*encoder, "observation", row);
-      // The body's own state is all but two columns.
-      const Normal p =
-          NormalOf(*prior, "self_observation", row.first(width - 2));
-      for (size_t z = 0; z < q.mean.size(); ++z) {
-        const double s = q.std[z], r = p.std[z], d = q.mean[z] - p.mean[z];
-        sum += std::log(r / s) + (s * s + d * d) / (2 * r * r) - 0.5;
-      }
+    // The body's own state is all but two columns (MakeLearner).
+    for (const double kl :
+         LatentKl(learner.graph(), learner.weights(),
+                  ColumnOf<float>(segment, column::kObservation), kWidth,
+                  kWidth - 2)) {
+      sum += kl;
+      ++rows;
     }
   }
   return sum / static_cast<double>(rows);

@@ -15,7 +15,6 @@
 #include "common/policy/executor.h"
 #include "common/policy/latent_builder.h"
 #include "common/policy/safetensors.h"
-#include "common/random/philox.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -23,6 +22,8 @@
 #include "learner/ppo/batch.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/synthetic_segments.h"
+#include "learner/ppo/testing/latent_kl.h"
+#include "learner/ppo/testing/networks_rig.h"
 #include "learner/update/segment_view.h"
 
 namespace sinew::learner {
@@ -73,17 +74,13 @@ struct Fixture {
                                         .steps = 8,
                                         .invalid_share = 0.1},
                                        graph, weights, 0)) {
-    uint64_t seed = 0;
-    for (auto& [name, tensor] : weights) {
-      if (!absl::EndsWith(name, "/weight") && !absl::EndsWith(name, "/bias")) {
-        continue;
-      }
-      std::vector<float> noise(tensor.num_elements());
-      FillNormal({.seed = ++seed}, absl::MakeSpan(noise));
-      for (size_t i = 0; i < noise.size(); ++i) {
-        tensor.mutable_float32()[i] += 0.02F * noise[i];
-      }
-    }
+    MoveOn(
+        0.02F,
+        [](const std::string& name) {
+          return absl::EndsWith(name, "/weight") ||
+                 absl::EndsWith(name, "/bias");
+        },
+        weights);
     networks = *PpoNetworks::Create(
         graph, weights,
         {.shards = 2, .ratio_clip = ratio_clip, .latent_kl_weight = kl_weight});
@@ -91,22 +88,7 @@ struct Fixture {
   }
 
   void Load() {
-    ASSERT_THAT(batch.Reset(Pointers(segments)), IsOk());
-    ASSERT_THAT(networks->Reserve(batch.rows() + batch.bootstrap_rows()),
-                IsOk());
-    for (int s = 0; s < batch.num_segments(); ++s) {
-      batch.CopyColumns(s);
-      for (const Batch::Block& block : batch.Blocks(s)) {
-        ASSERT_THAT(
-            networks->LoadObservations(block.first_row, block.observations,
-                                       block.latent_noise),
-            IsOk());
-      }
-    }
-    ASSERT_THAT(networks->Values(0, batch.values()), IsOk());
-    for (int s = 0; s < batch.num_segments(); ++s) batch.ComputeReturns(s);
-    figures = batch.Finish();
-    ASSERT_THAT(networks->SetTargets(batch), IsOk());
+    figures = LoadBatch(segments, batch, *networks);
     rows.resize(batch.rows());
     std::iota(rows.begin(), rows.end(), 0);
   }
@@ -125,45 +107,26 @@ struct Fixture {
   std::vector<int64_t> rows;
 };
 
-void SetInput(policy::Executor& executor, const char* name, const float* row,
-              int width) {
-  const int input = executor.input_index(name);
-  if (input >= 0) std::copy_n(row, width, executor.input(input).begin());
-}
-
-// A tap of one of the graphs for all rows, by the Eigen executor.
-std::vector<float> TapOf(const Fixture& f, const std::string& graph,
-                         const std::string& tap) {
-  const auto pack = policy::PackWeights(f.graph, graph, f.weights);
-  auto executor = *policy::Executor::Create(*pack, 1);
+// Means of the policy for all rows, by the Eigen executor.
+std::vector<float> Means(const Fixture& f) {
+  const auto pack = policy::PackWeights(f.graph, "policy", f.weights);
+  const auto executor = *policy::Executor::Create(*pack, 1);
+  const auto input = [&](const char* name) {
+    return executor->input(executor->input_index(name)).begin();
+  };
   std::vector<float> values;
   for (int s = 0; s < f.batch.num_segments(); ++s) {
     const SegmentView& view = f.batch.view(s);
     for (int64_t row = 0; row < view.rows(); ++row) {
-      const float* observation = &view.observation[row * kObservation];
-      SetInput(*executor, "observation", observation, kObservation);
-      SetInput(*executor, "self_observation", observation, kOwn);
-      SetInput(*executor, "noise", &view.latent_noise[row * kLatent], kLatent);
+      std::copy_n(&view.observation[row * kObservation], kObservation,
+                  input("observation"));
+      std::copy_n(&view.latent_noise[row * kLatent], kLatent, input("noise"));
       executor->Run(1);
-      const auto found = executor->tap(executor->tap_index(tap));
+      const auto found = executor->tap(executor->tap_index("mean"));
       values.insert(values.end(), found.begin(), found.end());
     }
   }
   return values;
-}
-
-// KL(posterior || prior) of all rows, by the graphs that bundles have.
-std::vector<double> LatentKl(const Fixture& f) {
-  const auto mean = TapOf(f, "encoder", "mean");
-  const auto std = TapOf(f, "encoder", "std");
-  const auto prior_mean = TapOf(f, "prior", "mean");
-  const auto prior_std = TapOf(f, "prior", "std");
-  std::vector<double> kl(f.rows.size());
-  for (size_t i = 0; i < mean.size(); ++i) {
-    const double s = std[i], r = prior_std[i], d = mean[i] - prior_mean[i];
-    kl[i / kLatent] += std::log(r / s) + (s * s + d * d) / (2 * r * r) - 0.5;
-  }
-  return kl;
 }
 
 // The objective given the latent's noise, in double, row by row.
@@ -172,8 +135,13 @@ struct Objective {
 };
 
 Objective EvaluateObjective(const Fixture& f) {
-  const std::vector<float> means = TapOf(f, "policy", "mean");
-  const std::vector<double> latent_kl = LatentKl(f);
+  const std::vector<float> means = Means(f);
+  std::vector<double> latent_kl;
+  for (int s = 0; s < f.batch.num_segments(); ++s) {
+    const std::vector<double> part = LatentKl(
+        f.graph, f.weights, f.batch.view(s).observation, kObservation, kOwn);
+    latent_kl.insert(latent_kl.end(), part.begin(), part.end());
+  }
   const float* std = f.weights.at("policy/std").float32().data();
   Objective result;
   for (int64_t row = 0; row < f.batch.rows(); ++row) {

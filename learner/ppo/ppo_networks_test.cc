@@ -12,13 +12,13 @@
 #include "common/config/recipe.h"
 #include "common/policy/builder.h"
 #include "common/policy/executor.h"
-#include "common/random/philox.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "learner/ppo/batch.h"
 #include "learner/ppo/synthetic_segments.h"
+#include "learner/ppo/testing/networks_rig.h"
 
 namespace sinew::learner {
 namespace {
@@ -52,18 +52,13 @@ struct Fixture {
                                       .steps = 8,
                                       .invalid_share = 0.1},
                                      graph, weights, 0);
-    uint64_t seed = 0;
-    for (auto& [name, tensor] : weights) {
-      if (name.find("linear") == std::string::npos &&
-          name.find("mean/") == std::string::npos) {
-        continue;
-      }
-      std::vector<float> noise(tensor.num_elements());
-      FillNormal({.seed = ++seed}, absl::MakeSpan(noise));
-      for (size_t i = 0; i < noise.size(); ++i) {
-        tensor.mutable_float32()[i] += 0.015f * noise[i];
-      }
-    }
+    MoveOn(
+        0.015f,
+        [](const std::string& name) {
+          return name.find("linear") != std::string::npos ||
+                 name.find("mean/") != std::string::npos;
+        },
+        weights);
     networks = *PpoNetworks::Create(graph, weights,
                                     {.shards = 2,
                                      .ratio_clip = ratio_clip,
@@ -72,22 +67,10 @@ struct Fixture {
   }
 
   void Load() {
-    ASSERT_THAT(batch.Reset(Pointers(segments)), IsOk());
-    ASSERT_THAT(networks->Reserve(batch.rows() + batch.bootstrap_rows()),
-                IsOk());
-    for (int s = 0; s < batch.num_segments(); ++s) {
-      batch.CopyColumns(s);
-      for (const Batch::Block& block : batch.Blocks(s)) {
-        ASSERT_THAT(
-            networks->LoadObservations(block.first_row, block.observations),
-            IsOk());
-      }
-    }
-    ASSERT_THAT(networks->Values(0, batch.values()), IsOk());
-    values.assign(batch.values().begin(), batch.values().end());
-    for (int s = 0; s < batch.num_segments(); ++s) batch.ComputeReturns(s);
-    figures = batch.Finish();
-    ASSERT_THAT(networks->SetTargets(batch), IsOk());
+    figures = LoadBatch(segments, batch, *networks);
+    // The batch has scaled its own to sums of rewards.
+    values.resize(batch.rows() + batch.bootstrap_rows());
+    ASSERT_THAT(networks->Values(0, absl::MakeSpan(values)), IsOk());
     rows.resize(batch.rows());
     std::iota(rows.begin(), rows.end(), 0);
   }
