@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <cstring>
-#include <numbers>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -138,20 +136,8 @@ TEST(TrainRollout, TheBoundaryIsWhatTheNextOrderSeesFirst) {
 TEST(TrainRollout, LogProbabilityIsThatOfTheGaussian) {
   RolloutRig rig;
   const v1::Segment segment = rig.Run(rig.TrainOrder(2, 3));
-  const auto action = Column<float>(segment, "action");
-  const auto mean = Column<float>(segment, "action_mean");
-  const auto log_probability = Column<float>(segment, "log_probability");
 
-  for (size_t i = 0; i < log_probability.size(); ++i) {
-    double density = 1;
-    for (size_t j = 0; j < 4; ++j) {
-      const double z = (action[4 * i + j] - mean[4 * i + j]) / rig.std;
-      density *=
-          std::exp(-z * z / 2) / (rig.std * std::sqrt(2 * std::numbers::pi));
-      EXPECT_NE(z, 0);
-    }
-    EXPECT_NEAR(log_probability[i], std::log(density), 1e-4);
-  }
+  rig.ExpectGaussianLogProbabilities(segment);
 }
 
 TEST(TrainRollout, NoiseIsStandardNormalTimesTheDeviation) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include "actor/zero_action.h"
 #include "common/check.h"
@@ -216,6 +219,24 @@ void RolloutRig::ExpectTogether(const v1::Segment& whole,
     EXPECT_EQ(SerializeDeterministically(whole.end_states(e)),
               SerializeDeterministically(second.end_states(e)))
         << e;
+  }
+}
+
+void RolloutRig::ExpectGaussianLogProbabilities(
+    const v1::Segment& segment) const {
+  const auto action = Column<float>(segment, column::kAction);
+  const auto mean = Column<float>(segment, column::kActionMean);
+  const auto log_probability = Column<float>(segment, column::kLogProbability);
+  ASSERT_FALSE(log_probability.empty());
+  const size_t width = action.size() / log_probability.size();
+  for (size_t i = 0; i < log_probability.size(); ++i) {
+    double density = 1;
+    for (size_t j = width * i; j < width * (i + 1); ++j) {
+      const double z = (action[j] - mean[j]) / std;
+      density *= std::exp(-z * z / 2) / (std * std::sqrt(2 * std::numbers::pi));
+      EXPECT_NE(z, 0);
+    }
+    EXPECT_NEAR(log_probability[i], std::log(density), 1e-4);
   }
 }
 

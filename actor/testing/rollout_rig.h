@@ -60,6 +60,10 @@ struct RolloutRig {
   void ExpectTogether(const v1::Segment& whole, const v1::Segment& first,
                       const v1::Segment& second) const;
 
+  // Expects that every row's log probability is that of a Gaussian of deviation
+  // `std` around its mean, computed as a product of densities.
+  void ExpectGaussianLogProbabilities(const v1::Segment& segment) const;
+
   const double std = 0.25;
   std::shared_ptr<const RolloutAssets> assets;
   // The same by role, as actors fetch them.
