@@ -37,9 +37,12 @@ struct FinishedRun {
     EXPECT_THAT(WriteFileAtomically(JoinPath(folder, "config.textproto"),
                                     PrintRecipe(toy.recipe)),
                 IsOk());
+    SaveInputs({});
+  }
+  void SaveInputs(const std::vector<v1::RunInputs::Source>& sources) const {
     EXPECT_THAT(
         SaveRunInputs(folder, JoinPath(toy.folder, "character.textproto"),
-                      *toy.library),
+                      *toy.library, sources),
         IsOk());
   }
   absl::Status Export() const {
@@ -81,10 +84,7 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   provenance.add_clips("run: a studio (CC-BY-4.0)");
   provenance.add_data_licences("CC-BY-4.0");
   const v1::RunInputs::Source source = MakeSource("teacher", teacher);
-  ASSERT_THAT(
-      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
-                    *run.toy.library, {source, source}),
-      IsOk());
+  run.SaveInputs({source, source});
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -111,10 +111,7 @@ TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
   v1::BundleManifest teacher;
   teacher.mutable_provenance()->add_clips("tumble: a studio (CC-BY-4.0)");
   teacher.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
-  ASSERT_THAT(
-      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
-                    *run.toy.library, {MakeSource("teacher", teacher)}),
-      IsOk());
+  run.SaveInputs({MakeSource("teacher", teacher)});
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -136,10 +133,7 @@ TEST(ExportRun, TakesItsOwnEarlierTrainingForNoOtherBundle) {
   v1::RunInputs::Source itself;
   itself.add_clips("sway: made for tests (Apache-2.0)");
   itself.add_clip_uses(v1::CLIP_USE_TRAINED_ON);
-  ASSERT_THAT(
-      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
-                    *run.toy.library, {itself}),
-      IsOk());
+  run.SaveInputs({itself});
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -158,10 +152,7 @@ TEST(ExportRun, SaysThatTheLicencesOfATeacherElsewhereAreUnknown) {
   v1::RunInputs::Source source;
   source.mutable_bundle()->set_role("teacher");
   source.mutable_bundle()->set_manifest_sha256("abc");
-  ASSERT_THAT(
-      SaveRunInputs(run.folder, JoinPath(run.toy.folder, "character.textproto"),
-                    *run.toy.library, {source}),
-      IsOk());
+  run.SaveInputs({source});
 
   ASSERT_THAT(run.Export(), IsOk());
 
