@@ -16,6 +16,7 @@
 #include "common/status_macros.h"
 #include "common/thread_seconds.h"
 #include "sim/import/clip_name.h"
+#include "sim/import/credit.h"
 #include "sim/import/detect_format.h"
 #include "sim/import/import_clip.h"
 #include "sim/import/retarget/retarget.h"
@@ -147,6 +148,10 @@ std::string SourceFile(const std::string& path) {
                       path.substr(path.size() - extension.size()));
 }
 
+Credit CreditIn(const ImportOptions& options, const JobFile& file) {
+  return CreditOf(file.path, options.credits, options.credit);
+}
+
 // What the cache holds does not know the clip's file and library.
 void Dress(const ImportContext& context, const ImportJob& job,
            const std::string& name, ClipReport* report) {
@@ -166,8 +171,12 @@ void Dress(const ImportContext& context, const ImportJob& job,
     next.set_trial(TrialName(job.next->path));
   }
   info.set_left_out(motion::IsLeftOut(info, context.options.left_out_share));
-  info.set_provenance(context.options.provenance);
-  info.set_licence(context.options.licence);
+  Credit credit = CreditIn(context.options, job.file);
+  if (job.next.has_value()) {
+    credit = Joined(credit, CreditIn(context.options, *job.next));
+  }
+  info.set_provenance(credit.provenance);
+  info.set_licence(credit.licence);
 }
 
 ClipReport RunFresh(const ImportContext& context, const ImportJob& job,

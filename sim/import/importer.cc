@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/str_cat.h"
 #include "common/cpu.h"
 #include "common/digest.h"
@@ -50,6 +51,28 @@ absl::Status Check(const ImportOptions& options, const ImportModel& model,
   if (model.feet.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "character ", character, ": feet: expected at least one, found none"));
+  }
+  return absl::OkStatus();
+}
+
+// A credit of nothing is a path with an error in it.
+absl::Status CheckCredits(const ImportOptions& options,
+                          const std::vector<std::string>& files) {
+  for (const PathCredit& credit : options.credits) {
+    const auto within = [&](const std::string& file) {
+      return LiesWithin(file, credit.path);
+    };
+    const bool used =
+        absl::c_any_of(files, within) ||
+        absl::c_any_of(options.blends, [&](const BlendedFiles& blend) {
+          return within(blend.first) || within(blend.second);
+        });
+    if (!used) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "credit: expected the path of a file of this import or of a folder "
+          "above one, found ",
+          credit.path));
+    }
   }
   return absl::OkStatus();
 }
@@ -247,6 +270,7 @@ absl::Status ImportFiles(const character::Character& character,
                          std::vector<ClipReport>* reports) {
   const ImportModel model = MakeImportModel(character);
   SINEW_RETURN_IF_ERROR(Check(options, model, character.name()));
+  SINEW_RETURN_IF_ERROR(CheckCredits(options, files));
   SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
   SINEW_ASSIGN_OR_RETURN(const auto lock, DirectoryLock::Acquire(directory));
   const ClipCache cache(JoinPath(directory, kCacheFolder));

@@ -12,6 +12,7 @@
 #include "sim/character/character.h"
 #include "sim/import/blend_clips.h"
 #include "sim/import/clip_report.h"
+#include "sim/import/credit.h"
 #include "sim/import/edit.h"
 #include "sim/import/read_clip.h"
 
@@ -39,9 +40,10 @@ struct ImportOptions {
   // Frames per second of the library, > 0 and at most 1000; must equal the
   // control rate of the recipes that will use it.
   double rate = 30;
-  // Origin and licence of the data; copied into the library.
-  std::string provenance = {};
-  std::string licence = {};
+  // Of files that lie within none of `credits`.
+  Credit credit = {};
+  // Of the others; each must be the credit of a file of the import.
+  std::vector<PathCredit> credits = {};
   // How files are read; the same for all of them.
   ReadClipOptions read = {};
   // Roles of the source's joints; unset: found or drafted for each file.
@@ -84,11 +86,12 @@ struct ImportOptions {
 // Thread-safety: one import per folder at a time (DirectoryLock). Ownership:
 // borrows everything for the call. Memory: one clip per thread, then the
 // library's frames. Blocking: on the disk, and seconds of a core per clip.
-// Errors: INVALID_ARGUMENT if options are out of range, the character has no
-// feet, or no file could be imported (the report is written, the library stays
-// what it was); CANCELLED (what was finished is kept for the next time);
-// FAILED_PRECONDITION if another import holds the folder; DATA_LOSS if a cached
-// clip was altered (the next import makes it anew); those of the disk.
+// Errors: INVALID_ARGUMENT if options are out of range, a credit is of none of
+// the files, the character has no feet, or no file could be imported (the
+// report is written, the library stays what it was); CANCELLED (what was
+// finished is kept for the next time); FAILED_PRECONDITION if another import
+// holds the folder; DATA_LOSS if a cached clip was altered (the next import
+// makes it anew); those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

@@ -117,7 +117,7 @@ TEST_F(ImporterTest, RejectsWhatNoBodyCouldDoNamingFigureAndLimit) {
 }
 
 TEST_F(ImporterTest, ReportsEveryFileInOrder) {
-  options_.provenance = "made by formula";
+  options_.credit.provenance = "made by formula";
   Import({WriteTestFile("march.txt", testing::MarchJson()),
           WriteTestFile("bad.txt", "{}"),
           WriteTestFile("jumps.txt", JumpingJson())},
@@ -147,6 +147,26 @@ TEST_F(ImporterTest, ReportsEveryFileInOrder) {
   EXPECT_FALSE(clips[1].contains("figures"));
   EXPECT_EQ(clips[2]["status"], "rejected");
   EXPECT_TRUE(clips[2]["figures"].is_object());
+}
+
+TEST_F(ImporterTest, CreditsEveryFileByItsFolder) {
+  options_.credit = {"made by formula", "CC0"};
+  options_.credits = {{TestPath("mocap"), {"a mocap database", "free"}}};
+  const auto library =
+      Import({WriteTestFile("mocap/march.txt", testing::MarchJson()),
+              WriteTestFile("own.txt", testing::MarchJson(0.01))},
+             "credits");
+
+  EXPECT_EQ(library->clip(0).provenance(), "a mocap database");
+  EXPECT_EQ(library->clip(0).licence(), "free");
+  EXPECT_EQ(library->clip(1).provenance(), "made by formula");
+  EXPECT_EQ(library->clip(1).licence(), "CC0");
+
+  options_.credits.push_back({TestPath("mocop"), {"misspelt", "free"}});
+  EXPECT_THAT(ImportFiles(*character_, {TestPath("mocap/march.txt")}, options_,
+                          TestPath("misspelt"), &reports_),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr(TestPath("mocop"))));
 }
 
 TEST_F(ImporterTest, GivesTheSameLibraryOnAnyNumberOfThreads) {

@@ -72,6 +72,24 @@ TEST_F(MotionCommandTest, ImportsAFolderAndReportsIt) {
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("\"walk\"")));
 }
 
+TEST_F(MotionCommandTest, CreditsFilesByPath) {
+  const std::string mocap =
+      WriteTestFile("mocap/march.txt", import::testing::MarchJson());
+  const std::string own =
+      WriteTestFile("own.txt", import::testing::MarchJson(0.01));
+
+  EXPECT_THAT(Run({"import", "--out", TestPath("library"), "--no-html",
+                   "--credit", TestPath("mocap"), "a mocap database", "free",
+                   "--credit", own, "a dancer", "CC BY 4.0", mocap, own}),
+              IsOk());
+
+  ASSERT_THAT(Run({"inspect", TestPath("library"), "--clip", "march"}), IsOk());
+  EXPECT_THAT(printed_,
+              AllOf(HasSubstr("a mocap database"), HasSubstr("free")));
+  ASSERT_THAT(Run({"inspect", TestPath("library"), "--clip", "own"}), IsOk());
+  EXPECT_THAT(printed_, AllOf(HasSubstr("a dancer"), HasSubstr("CC BY 4.0")));
+}
+
 TEST_F(MotionCommandTest, FailsWhereNoFileCanBeImportedButSaysWhy) {
   EXPECT_THAT(Run({"import", "--out", TestPath("library"),
                    WriteTestFile("bad.txt", "{}")}),

@@ -198,6 +198,11 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
                       "frames per second of the library");
   command->add_option("--provenance", flags->provenance, "origin of the data");
   command->add_option("--licence", flags->licence, "licence of the data");
+  command
+      ->add_option("--credit", flags->credits,
+                   "PATH PROVENANCE LICENCE: those of one file, or of all "
+                   "below a folder; may be given several times")
+      ->allow_extra_args(false);
   AddReading(command, flags);
   const char* group = "What to do with every clip";
   command
@@ -221,8 +226,10 @@ absl::StatusOr<import::ImportOptions> ImportOptionsOf(
     const ImportFlags& flags) {
   import::ImportOptions options;
   options.rate = flags.rate;
-  options.provenance = flags.provenance;
-  options.licence = flags.licence;
+  options.credit = {flags.provenance, flags.licence};
+  for (const auto& [path, provenance, licence] : flags.credits) {
+    options.credits.push_back({path, {provenance, licence}});
+  }
   options.threads = flags.threads;
   options.report_only = flags.report_only;
   options.left_out_share = flags.left_out_share;

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -24,6 +25,8 @@ struct ImportFlags {
   std::string out;
   double rate = 30;  // frames per second
   std::string provenance, licence;
+  // Path, provenance, licence.
+  std::vector<std::tuple<std::string, std::string, std::string>> credits;
   std::string format, asf, map;
   double unit = 0;  // metres; 0: not given
   std::string up;   // empty: not given
