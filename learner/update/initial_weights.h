@@ -24,7 +24,8 @@ struct Primitive {
 };
 
 // Copies what `into`, the parameters of `graph`, has under the same name.
-// `from` must have all that the graph "policy" reads.
+// `from` must have all that the graph "policy" reads but for exploration's
+// standard deviation, which a student's bundle has none of.
 absl::Status TakeWeights(const v1::PolicyGraph& graph, const TensorMap& from,
                          TensorMap& into);
 

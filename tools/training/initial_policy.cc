@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -78,24 +79,40 @@ std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
   return "none";
 }
 
-// Whether graph `name` computes the same in both, weights apart; `field` of the
-// recipe decides on it.
+// The nodes up to the mean of the action, if the graph says which that is: what
+// follows is exploration, which PPO's policies have and students have not.
+std::vector<const v1::Node*> LearnedNodes(const v1::Graph& graph) {
+  const auto mean = absl::c_find_if(
+      graph.taps(), [](const v1::Tap& tap) { return tap.name() == "mean"; });
+  std::vector<const v1::Node*> nodes;
+  for (const v1::Node& node : graph.nodes()) {
+    nodes.push_back(&node);
+    if (mean != graph.taps().end() && node.name() == mean->value()) break;
+  }
+  return nodes;
+}
+
+// Whether graph `name` computes the same in both, weights and exploration
+// apart; `field` of the recipe decides on it.
 absl::Status SameGraph(const std::string& name, const std::string& field,
                        const v1::PolicyGraph& expected,
                        const v1::PolicyGraph& found) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* want,
                          policy::FindGraph(expected, name));
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* have, policy::FindGraph(found, name));
-  if (want->nodes_size() != have->nodes_size()) {
+  const std::vector<const v1::Node*> want_nodes = LearnedNodes(*want);
+  const std::vector<const v1::Node*> have_nodes = LearnedNodes(*have);
+  if (want_nodes.size() != have_nodes.size()) {
     return Unfit(absl::StrCat("graph ", name, " (", field, ")"),
-                 absl::StrCat(want->nodes_size(), " nodes"),
-                 absl::StrCat(have->nodes_size()));
+                 absl::StrCat(want_nodes.size(), " nodes"),
+                 absl::StrCat(have_nodes.size()));
   }
-  for (int i = 0; i < want->nodes_size(); ++i) {
-    SINEW_RETURN_IF_ERROR(SameMessage(
-        absl::StrCat("graph ", name, ": node ", want->nodes(i).name()),
-        want->nodes(i), have->nodes(i)));
-    for (const std::string& parameter : want->nodes(i).parameters()) {
+  for (size_t i = 0; i < want_nodes.size(); ++i) {
+    const v1::Node& node = *want_nodes[i];
+    SINEW_RETURN_IF_ERROR(
+        SameMessage(absl::StrCat("graph ", name, ": node ", node.name()), node,
+                    *have_nodes[i]));
+    for (const std::string& parameter : node.parameters()) {
       const std::string shape = ShapeOf(expected, parameter);
       if (shape == ShapeOf(found, parameter)) continue;
       return Unfit(

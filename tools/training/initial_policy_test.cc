@@ -124,6 +124,46 @@ TEST(InitialPolicy, TakesAComposersBundleForAComposer) {
                 .data);
 }
 
+// A bundle of a policy that acts with its mean, as students do.
+std::string WriteStudent(const std::string& name) {
+  const world::testing::ToyWorld toy =
+      world::testing::MakeToyWorld(SmallRecipe());
+  bundle::BundleContent content = bundle::testing::ToyContent(toy);
+  v1::Graph& policy = *content.graph.mutable_graphs(0);
+  EXPECT_EQ(policy.nodes(policy.nodes_size() - 3).name(), "mean");
+  policy.mutable_nodes()->DeleteSubrange(policy.nodes_size() - 2, 2);
+  policy.mutable_inputs()->DeleteSubrange(1, 1);
+  for (v1::Tap& tap : *policy.mutable_taps()) {
+    tap.set_value("mean");
+    tap.clear_gaussian();
+  }
+  auto& parameters = *content.graph.mutable_parameters();
+  EXPECT_EQ(parameters[parameters.size() - 1].name(), "policy/std");
+  parameters.RemoveLast();
+  content.weights.erase("policy/std");
+  const std::string directory = JoinPath(toy.folder, name);
+  EXPECT_THAT(bundle::WriteBundle(content, directory), IsOk());
+  return directory;
+}
+
+TEST(InitialPolicy, TakesAStudentWhichDoesNotExplore) {
+  const NewRun run(SmallRecipe());
+  const std::string student = WriteStudent("student");
+  const auto bundle = bundle::ReadBundle(student);
+  ASSERT_THAT(bundle, IsOk());
+  ASSERT_FALSE(bundle->weights.contains("policy/std"));
+  const TensorMap before = run.learner->weights();
+
+  ASSERT_THAT(run.Begin({.init = student, .primitives = {}}), IsOk());
+
+  const TensorMap weights = run.learner->weights();
+  for (const auto& [name, tensor] : bundle->weights) {
+    EXPECT_EQ(weights.at(name).data, tensor.data) << name;
+  }
+  // Exploration is the recipe's.
+  EXPECT_EQ(weights.at("policy/std").data, before.at("policy/std").data);
+}
+
 TEST(InitialPolicy, TakesTheValueNetworkThatComesWithABundle) {
   const NewRun run(SmallRecipe());
   const std::string bundle = WriteToy("bundle");
