@@ -40,10 +40,10 @@ TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RecipesTest,
-                         ::testing::Values("latent_rl", "phc_plus",
-                                           "phc_plus_g1", "pulse", "pulse_g1",
-                                           "pulse_no_bottleneck", "track_clip",
-                                           "track_library"),
+                         ::testing::Values("distil_experts", "latent_rl",
+                                           "phc_plus", "phc_plus_g1", "pulse",
+                                           "pulse_g1", "pulse_no_bottleneck",
+                                           "track_clip", "track_library"),
                          [](const auto& info) { return info.param; });
 
 // A student's recipe and the one that its teacher was trained with.
@@ -84,6 +84,26 @@ TEST(StudentsTest, DifferInTheirNetworkAlone) {
 
   EXPECT_THAT(pulse, EqualsProto(plain));
   EXPECT_FALSE(plain.network().has_latent());
+}
+
+// Its teachers are track_clip's, and PPO can go on with its bundle as with one
+// of track_library (--init).
+TEST(StudentsTest, OfExpertsActsAsTrackLibrary) {
+  const v1::Recipe student = Load("distil_experts");
+  const v1::Recipe clip = Load("track_clip");
+  const v1::Recipe library = Load("track_library");
+
+  EXPECT_THAT(student.distillation().teacher_action(),
+              EqualsProto(clip.task().action()));
+  EXPECT_THAT(student.task().observation(),
+              EqualsProto(clip.task().observation()));
+  EXPECT_THAT(student.physics(), EqualsProto(clip.physics()));
+  EXPECT_THAT(student.task().action(), EqualsProto(library.task().action()));
+  EXPECT_THAT(student.task().observation(),
+              EqualsProto(library.task().observation()));
+  EXPECT_THAT(student.network().policy_hidden(),
+              ::testing::ElementsAreArray(library.network().policy_hidden()));
+  EXPECT_FALSE(student.network().has_latent());
 }
 
 // The lower bound: pulse, but for how it learns.
