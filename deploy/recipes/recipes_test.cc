@@ -98,6 +98,13 @@ TEST(StudentsTest, OfExpertsActsAsTrackLibrary) {
   EXPECT_THAT(student.task().observation(),
               EqualsProto(clip.task().observation()));
   EXPECT_THAT(student.physics(), EqualsProto(clip.physics()));
+  EXPECT_THAT(student.physics(), EqualsProto(library.physics()));
+  EXPECT_FALSE(student.task().has_randomisation());
+  EXPECT_FALSE(student.task().has_actuator_model());
+  EXPECT_FALSE(student.task().has_recovery());
+  EXPECT_EQ(student.network().activation(), library.network().activation());
+  EXPECT_EQ(student.network().observation_clip(),
+            library.network().observation_clip());
   EXPECT_THAT(student.task().action(), EqualsProto(library.task().action()));
   EXPECT_THAT(student.task().observation(),
               EqualsProto(library.task().observation()));

@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <system_error>
 
 namespace sinew::import {
 namespace {
 
 std::filesystem::path Normal(const std::string& path) {
-  std::filesystem::path normal =
-      std::filesystem::absolute(path).lexically_normal();
+  std::error_code error;  // without a working folder: as it is
+  std::filesystem::path normal = std::filesystem::absolute(path, error);
+  if (error) normal = path;
+  normal = normal.lexically_normal();
   // "folder/" is "folder".
   return normal.has_filename() ? normal : normal.parent_path();
 }
@@ -19,20 +23,23 @@ int Depth(const std::string& path) {
 }
 
 std::string JoinedText(const std::string& first, const std::string& second) {
-  if (second.empty() || second == first) return first;
-  return first.empty() ? second : first + "; " + second;
+  if (second == first) return first;
+  const std::string unknown = "unknown";
+  return (first.empty() ? unknown : first) + "; " +
+         (second.empty() ? unknown : second);
 }
 
 }  // namespace
 
 bool LiesWithin(const std::string& file, const std::string& path) {
+  if (file.empty() || path.empty()) return false;
   const std::filesystem::path inner = Normal(file), outer = Normal(path);
   return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end())
              .first == outer.end();
 }
 
-Credit CreditOf(const std::string& file, const std::vector<PathCredit>& credits,
-                const Credit& otherwise) {
+const PathCredit* NearestCredit(const std::string& file,
+                                const std::vector<PathCredit>& credits) {
   const PathCredit* nearest = nullptr;
   for (const PathCredit& candidate : credits) {
     if (!LiesWithin(file, candidate.path)) continue;
@@ -40,6 +47,12 @@ Credit CreditOf(const std::string& file, const std::vector<PathCredit>& credits,
       nearest = &candidate;
     }
   }
+  return nearest;
+}
+
+Credit CreditOf(const std::string& file, const std::vector<PathCredit>& credits,
+                const Credit& otherwise) {
+  const PathCredit* nearest = NearestCredit(file, credits);
   return nearest == nullptr ? otherwise : nearest->credit;
 }
 

@@ -22,16 +22,21 @@ struct PathCredit {
 };
 
 // Whether `file` is `path` or lies below it. Paths are compared as text, made
-// absolute and without "." and "..": links are not followed. Pure but for the
-// working folder.
+// absolute and without "." and "..": links are not followed. Within an empty
+// path lies nothing. Pure but for the working folder.
 bool LiesWithin(const std::string& file, const std::string& path);
 
-// The credit whose path is nearest to the file (of equal ones the last), or
-// `otherwise` where it lies within none.
+// The one of `credits` whose path is nearest to the file, of equal ones the
+// last; null: it lies within none.
+const PathCredit* NearestCredit(const std::string& file,
+                                const std::vector<PathCredit>& credits);
+
+// Its credit, or `otherwise`.
 Credit CreditOf(const std::string& file, const std::vector<PathCredit>& credits,
                 const Credit& otherwise);
 
-// Of a clip that is made of two files: each thing once.
+// Of a clip that is made of two files: each thing once, and "unknown" for what
+// one of them does not say.
 Credit Joined(const Credit& first, const Credit& second);
 
 }  // namespace sinew::import

@@ -45,10 +45,22 @@ TEST(CreditTest, OfEqualPathsTheLastGivesTheCredit) {
 
 TEST(CreditTest, JoinsWhatDiffers) {
   EXPECT_EQ(Joined(kMocap, kMocap), kMocap);
-  EXPECT_EQ(Joined(kMocap, Credit()), kMocap);
-  EXPECT_EQ(Joined(Credit(), kDance), kDance);
+  EXPECT_EQ(Joined(Credit(), Credit()), Credit());
   EXPECT_EQ(Joined(kMocap, kDance),
             (Credit{"a mocap database; a dancer", "free; CC BY 4.0"}));
+}
+
+TEST(CreditTest, WhatHalfOfAClipDoesNotSayIsUnknown) {
+  EXPECT_EQ(Joined(kMocap, Credit()),
+            (Credit{"a mocap database; unknown", "free; unknown"}));
+  EXPECT_EQ(Joined(Credit(), kDance),
+            (Credit{"unknown; a dancer", "unknown; CC BY 4.0"}));
+}
+
+TEST(CreditTest, NothingLiesWithinAnEmptyPath) {
+  EXPECT_FALSE(LiesWithin("/clips/walk.bvh", ""));
+  EXPECT_FALSE(LiesWithin("", "/clips"));
+  EXPECT_EQ(NearestCredit("/clips/walk.bvh", {{"", kMocap}}), nullptr);
 }
 
 }  // namespace

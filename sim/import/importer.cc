@@ -4,7 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "absl/algorithm/container.h"
 #include "absl/strings/str_cat.h"
 #include "common/cpu.h"
 #include "common/digest.h"
@@ -58,21 +57,21 @@ absl::Status Check(const ImportOptions& options, const ImportModel& model,
 // A credit of nothing is a path with an error in it.
 absl::Status CheckCredits(const ImportOptions& options,
                           const std::vector<std::string>& files) {
+  std::set<const PathCredit*> used;
+  const auto use = [&](const std::string& file) {
+    used.insert(NearestCredit(file, options.credits));
+  };
+  for (const std::string& file : files) use(file);
+  for (const BlendedFiles& blend : options.blends) {
+    use(blend.first);
+    use(blend.second);
+  }
   for (const PathCredit& credit : options.credits) {
-    const auto within = [&](const std::string& file) {
-      return LiesWithin(file, credit.path);
-    };
-    const bool used =
-        absl::c_any_of(files, within) ||
-        absl::c_any_of(options.blends, [&](const BlendedFiles& blend) {
-          return within(blend.first) || within(blend.second);
-        });
-    if (!used) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "credit: expected the path of a file of this import or of a folder "
-          "above one, found ",
-          credit.path));
-    }
+    if (used.contains(&credit)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "credit: expected the path of a file of this import or of a folder "
+        "above one that no other credit is nearer to, found \"",
+        credit.path, "\""));
   }
   return absl::OkStatus();
 }

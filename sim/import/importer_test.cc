@@ -161,12 +161,24 @@ TEST_F(ImporterTest, CreditsEveryFileByItsFolder) {
   EXPECT_EQ(library->clip(0).licence(), "free");
   EXPECT_EQ(library->clip(1).provenance(), "made by formula");
   EXPECT_EQ(library->clip(1).licence(), "CC0");
+}
 
-  options_.credits.push_back({TestPath("mocop"), {"misspelt", "free"}});
-  EXPECT_THAT(ImportFiles(*character_, {TestPath("mocap/march.txt")}, options_,
-                          TestPath("misspelt"), &reports_),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr(TestPath("mocop"))));
+TEST_F(ImporterTest, RefusesACreditOfNoFile) {
+  const std::string file =
+      WriteTestFile("mocap/march.txt", testing::MarchJson());
+  const PathCredit good = {TestPath("mocap"), {"a mocap database", "free"}};
+  // Misspelt, empty, and where a nearer one says otherwise.
+  for (const std::string& path :
+       {TestPath("mocop"), std::string(), TestPath("")}) {
+    options_.credits = {good, {path, {"another", "free"}}};
+
+    EXPECT_THAT(ImportFiles(*character_, {file}, options_, TestPath("refused"),
+                            &reports_),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr(absl::StrCat("found \"", path, "\""))))
+        << path;
+  }
+  EXPECT_FALSE(FileExists(TestPath("refused")));
 }
 
 TEST_F(ImporterTest, GivesTheSameLibraryOnAnyNumberOfThreads) {

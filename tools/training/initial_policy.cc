@@ -79,15 +79,19 @@ std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
   return "none";
 }
 
-// The nodes up to the mean of the action, if the graph says which that is: what
-// follows is exploration, which PPO's policies have and students have not.
+// A graph's nodes but for the last two where those are exploration
+// (common/policy/layers.h), which PPO's policies have and students have not.
 std::vector<const v1::Node*> LearnedNodes(const v1::Graph& graph) {
-  const auto mean = absl::c_find_if(
-      graph.taps(), [](const v1::Tap& tap) { return tap.name() == "mean"; });
   std::vector<const v1::Node*> nodes;
-  for (const v1::Node& node : graph.nodes()) {
-    nodes.push_back(&node);
-    if (mean != graph.taps().end() && node.name() == mean->value()) break;
+  for (const v1::Node& node : graph.nodes()) nodes.push_back(&node);
+  if (nodes.size() < 2) return nodes;
+  const v1::Node& noise = *nodes[nodes.size() - 2];
+  const v1::Node& sum = *nodes.back();
+  if (noise.op() == v1::OP_AFFINE &&
+      absl::c_linear_search(noise.parameters(), "policy/std") &&
+      sum.op() == v1::OP_ADD &&
+      absl::c_linear_search(sum.inputs(), noise.name())) {
+    nodes.resize(nodes.size() - 2);
   }
   return nodes;
 }

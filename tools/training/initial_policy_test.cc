@@ -124,8 +124,11 @@ TEST(InitialPolicy, TakesAComposersBundleForAComposer) {
                 .data);
 }
 
-// A bundle of a policy that acts with its mean, as students do.
-std::string WriteStudent(const std::string& name) {
+// A bundle of a policy that acts with its mean, as students do; `edit` may
+// spoil its graph.
+std::string WriteStudent(
+    const std::string& name,
+    const std::function<void(v1::Graph&)>& edit = nullptr) {
   const world::testing::ToyWorld toy =
       world::testing::MakeToyWorld(SmallRecipe());
   bundle::BundleContent content = bundle::testing::ToyContent(toy);
@@ -141,6 +144,7 @@ std::string WriteStudent(const std::string& name) {
   EXPECT_EQ(parameters[parameters.size() - 1].name(), "policy/std");
   parameters.RemoveLast();
   content.weights.erase("policy/std");
+  if (edit) edit(policy);
   const std::string directory = JoinPath(toy.folder, name);
   EXPECT_THAT(bundle::WriteBundle(content, directory), IsOk());
   return directory;
@@ -162,6 +166,31 @@ TEST(InitialPolicy, TakesAStudentWhichDoesNotExplore) {
   }
   // Exploration is the recipe's.
   EXPECT_EQ(weights.at("policy/std").data, before.at("policy/std").data);
+}
+
+TEST(InitialPolicy, TakesAStudentForAPrimitive) {
+  const NewRun run;
+  const std::string student = WriteStudent("primitive");
+
+  EXPECT_THAT(run.Begin({.init = "", .primitives = {student, student}}),
+              IsOk());
+}
+
+TEST(InitialPolicy, RefusesAStudentThatDoesSomethingToItsMean) {
+  const std::string clamps = WriteStudent("clamps", [](v1::Graph& policy) {
+    v1::Node& node = *policy.add_nodes();
+    node.set_name("clamped");
+    node.set_op(v1::OP_CLAMP);
+    node.add_inputs("mean");
+    node.set_low(-1);
+    node.set_high(1);
+    for (v1::Tap& tap : *policy.mutable_taps()) {
+      if (tap.name() == "action") tap.set_value("clamped");
+    }
+  });
+
+  EXPECT_THAT(NewRun(SmallRecipe()).Begin({.init = clamps, .primitives = {}}),
+              StatusIs(kInvalid, AllOf(HasSubstr(clamps), HasSubstr("nodes"))));
 }
 
 TEST(InitialPolicy, TakesTheValueNetworkThatComesWithABundle) {
