@@ -402,8 +402,9 @@ TEST(InitialPolicy, SaysThatABundleIsNotThere) {
 std::string WriteStates(const std::string& name,
                         const std::vector<learner::Trainer::State>& states) {
   const std::string folder = JoinPath(::testing::TempDir(), name);
+  const SystemClock clock;
   const auto store = checkpoint::OpenStore(
-      folder, checkpoint::StoreAccess::kWrite, rpc::Security(), SystemClock());
+      folder, checkpoint::StoreAccess::kWrite, rpc::Security(), clock);
   EXPECT_THAT(store, IsOk());
   for (const learner::Trainer::State& state : states) {
     EXPECT_THAT(learner::SaveState(**store, state, /*keep=*/3), IsOk());
