@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 
 const character::Character& G1() {
   static const character::Character& g1 =
-      **new auto(*character::Character::Load("g1", v1::Physics()));
+      *character::Character::Load("g1", v1::Physics())->release();
   return g1;
 }
 
