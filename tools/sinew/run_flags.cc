@@ -30,8 +30,9 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                      "on from");
   command.add_option(
       "--teacher", flags.teachers,
-      "who labels a distillation: a bundle; several, each for "
-      "the clips that it was trained on; or addresses of `sinew teacher`");
+      "who labels a distillation: a bundle; several, each for the clips that "
+      "it was trained on, the one of fewest clips first; or addresses of "
+      "`sinew teacher`");
   command
       .add_option("--teacher-patience", flags.teacher_patience,
                   "seconds to go on asking teachers elsewhere while none of "

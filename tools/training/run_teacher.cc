@@ -1,6 +1,8 @@
 #include "tools/training/run_teacher.h"
 
+#include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -87,22 +89,35 @@ std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
   return names;
 }
 
-// By clip of the library, the index of the bundle that names it.
+// By clip of the library, the index of the bundle that labels it: of those that
+// were trained on it, the one that was trained on fewest clips.
 absl::StatusOr<std::vector<int>> TeacherOfClip(
     const std::vector<std::string>& folders,
     absl::Span<const std::set<std::string>> clips_of, const v1::Recipe& recipe,
     const motion::Library& library) {
-  std::map<std::string, int> teacher_of;
-  for (size_t t = 0; t < clips_of.size(); ++t) {
+  std::map<std::string, std::vector<int>> teachers_of;  // narrowest first
+  std::vector<int> narrowest_first(clips_of.size());
+  std::iota(narrowest_first.begin(), narrowest_first.end(), 0);
+  std::ranges::stable_sort(narrowest_first, {},
+                           [&](int t) { return clips_of[t].size(); });
+  for (const int t : narrowest_first) {
     for (const std::string& clip : clips_of[t]) {
-      const auto [at, added] = teacher_of.emplace(clip, static_cast<int>(t));
-      if (added) continue;
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected one bundle that was trained on clip ", clip,
-          ", found ", folders[at->second], " and ", folders[t],
-          " (task.start.only_clips of a bundle's training says which of its "
-          "library's clips are its own)"));
+      teachers_of[clip].push_back(t);
     }
+  }
+  std::map<std::string, int> teacher_of;
+  for (const auto& [clip, teachers] : teachers_of) {
+    teacher_of.emplace(clip, teachers[0]);
+    if (teachers.size() == 1) continue;
+    const size_t clips = clips_of[teachers[0]].size();
+    if (clips < clips_of[teachers[1]].size()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--teacher: expected one bundle that was trained on fewer clips than "
+        "all others that were trained on clip ",
+        clip, ", found ", folders[teachers[0]], " and ", folders[teachers[1]],
+        " of ", clips, clips == 1 ? " clip" : " clips",
+        " each (task.start.only_clips of a bundle's training says which of its "
+        "library's clips are its own)"));
   }
   std::vector<int> result(library.num_clips(), teacher::ClipAnnotator::kNone);
   for (int c = 0; c < library.num_clips(); ++c) {

@@ -36,7 +36,9 @@ struct RunTeacherOptions {
   // each labels its own clips (teacher/clip_annotator.h), by name: those that
   // its own training drew starts from (CLIP_USE_TRAINED_ON); of a bundle of an
   // old version, which does not say, those that its task.start.only_clips
-  // names, else all that its provenance names. Or addresses of `sinew teacher`,
+  // names, else all that its provenance names. Of several that were trained on
+  // a clip, the one that was trained on fewest clips labels it: a policy of one
+  // clip goes before one of its family. Or addresses of `sinew teacher`,
   // HOST:PORT or unix:PATH: replicas of one bundle.
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
@@ -50,7 +52,8 @@ struct RunTeacherOptions {
 // teachers. Checks that the teacher is of the task's character and control
 // rate, observes what the student observes and places its targets as
 // distillation.teacher_action says. Of several bundles, every clip that starts
-// may be drawn from must be exactly one's own.
+// may be drawn from must be one's own, and no clip two bundles' of equally few
+// clips.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

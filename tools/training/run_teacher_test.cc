@@ -294,17 +294,12 @@ TEST(RunTeacher, OfSeveralBundlesActsInNoEpisodes) {
                        HasSubstr("distillation.teacher_share")));
 }
 
-TEST(RunTeacher, OfSeveralBundlesLabelsEveryClipOnce) {
+TEST(RunTeacher, OfSeveralBundlesLabelsEveryClip) {
   Several run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string first = run.Bundle("first", {clips[0]});
-  const std::string all = run.Bundle("all", clips);
   const std::string other = run.Bundle("other", {"another"});
 
-  EXPECT_THAT(run.Open({first, all}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("clip " + clips[0]), HasSubstr(first),
-                             HasSubstr(all))));
   EXPECT_THAT(run.Open({first, other}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("clip " + clips[1]), HasSubstr(first),
@@ -312,6 +307,39 @@ TEST(RunTeacher, OfSeveralBundlesLabelsEveryClipOnce) {
   // What no start is drawn from needs no teacher.
   run.recipe.mutable_task()->mutable_start()->add_only_clips(clips[0]);
   EXPECT_THAT(run.Open({first, other}), IsOk());
+}
+
+TEST(RunTeacher, OfBundlesOfOneClipTheNarrowestLabelsIt) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  const std::string all = run.Bundle("all", clips, /*gain=*/0.3);
+  const std::string first = run.Bundle("first", {clips[0]}, /*gain=*/0.6);
+
+  for (const auto& order : {std::vector{all, first}, std::vector{first, all}}) {
+    const auto teacher = run.Open(order);
+    ASSERT_THAT(teacher, IsOk());
+    EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({first}), 0));
+    EXPECT_EQ(run.Target(**teacher, 1), run.Target(**run.Open({all}), 1));
+    EXPECT_NE(run.Target(**teacher, 0), run.Target(**run.Open({all}), 0));
+  }
+}
+
+TEST(RunTeacher, RefusesBundlesThatKnowAClipEquallyWell) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  ASSERT_EQ(clips.size(), 3u);
+  const std::string all = run.Bundle("all", clips);
+  const std::string front = run.Bundle("front", {clips[0], clips[1]}, 0.3);
+  const std::string back = run.Bundle("back", {clips[1], clips[2]}, 0.6);
+
+  EXPECT_THAT(run.Open({all, front, back}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("clip " + clips[1]), HasSubstr(front),
+                             HasSubstr(back), HasSubstr("2 clips each"))));
+  // A bundle of that clip alone settles it.
+  EXPECT_THAT(
+      run.Open({all, front, back, run.Bundle("middle", {clips[1]}, 0.45)}),
+      IsOk());
 }
 
 TEST(RunTeacher, IsBundlesOrAddressesNotBoth) {
