@@ -43,7 +43,8 @@ void AddTrainCommand(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_option("--metrics", options->metrics,
-                      "HOST:PORT for Prometheus; default: none");
+                      "HOST:PORT for Prometheus, actors on free ports of HOST "
+                      "(RUN/logs names them); default: none");
 }
 
 }  // namespace sinew::tools

@@ -98,8 +98,8 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
   std::map<std::string, std::vector<int>> teachers_of;  // narrowest first
   std::vector<int> narrowest_first(clips_of.size());
   std::iota(narrowest_first.begin(), narrowest_first.end(), 0);
-  std::ranges::stable_sort(narrowest_first, {},
-                           [&](int t) { return clips_of[t].size(); });
+  std::ranges::sort(narrowest_first, {},
+                    [&](int t) { return std::pair(clips_of[t].size(), t); });
   for (const int t : narrowest_first) {
     for (const std::string& clip : clips_of[t]) {
       teachers_of[clip].push_back(t);

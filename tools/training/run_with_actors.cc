@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "common/files.h"
+#include "common/rpc/address.h"
 #include "common/status_macros.h"
 #include "common/temporary_folder.h"
 #include "tools/training/actor_processes.h"
@@ -31,9 +33,10 @@ Budget Divide(int cores, int actors, bool take_turns) {
   return budget;
 }
 
-ActorProcesses::Options ActorOptions(const LocalActors& actors,
-                                     const TrainingRun& run,
-                                     const std::string& folder, int threads) {
+// `metrics`: of the learner; empty: none.
+absl::StatusOr<ActorProcesses::Options> ActorOptions(
+    const LocalActors& actors, const TrainingRun& run,
+    const std::string& folder, int threads, const std::string& metrics) {
   ActorProcesses::Options options;
   options.argv = {
       actors.program,    "actor",
@@ -42,6 +45,12 @@ ActorProcesses::Options ActorOptions(const LocalActors& actors,
       "--cache",         JoinPath(folder, "cache"),
       "--name",          "actor-{index}",
       "--drain-seconds", absl::StrCat(absl::ToDoubleSeconds(kDrainTimeout))};
+  if (!metrics.empty()) {
+    SINEW_ASSIGN_OR_RETURN(rpc::Address address, rpc::ParseAddress(metrics));
+    address.port = 0;
+    options.argv.push_back("--metrics");
+    options.argv.push_back(rpc::AddressString(address));
+  }
   options.count = actors.count;
   options.log_folder = run.folder().actor_logs();
   options.grace = kDrainTimeout + absl::Seconds(2);
@@ -62,9 +71,11 @@ absl::StatusOr<TrainingRun::Result> RunWithActors(TrainingRun::Options options,
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TrainingRun> run,
                          TrainingRun::Open(options, clock, stop));
   SINEW_ASSIGN_OR_RETURN(
-      const std::unique_ptr<ActorProcesses> processes,
-      ActorProcesses::Start(ActorOptions(actors, *run, folder->path(),
-                                         budget.threads_per_actor)));
+      const ActorProcesses::Options actor_options,
+      ActorOptions(actors, *run, folder->path(), budget.threads_per_actor,
+                   options.metrics_address));
+  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<ActorProcesses> processes,
+                         ActorProcesses::Start(actor_options));
   run->SetChildren({[&processes] { return processes->check(); },
                     [&processes] { return processes->CpuSeconds(); }});
   const absl::Status status = run->Train();

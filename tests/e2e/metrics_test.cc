@@ -1,0 +1,66 @@
+// What a scraper sees of a run while it trains.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <memory>
+#include <string>
+
+#include "absl/time/time.h"
+#include "common/files.h"
+#include "common/metrics/testing/scrape.h"
+#include "common/subprocess.h"
+#include "tests/testing/training_rig.h"
+
+namespace sinew::tests {
+namespace {
+
+using ::sinew::metrics::testing::Scrape;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// The address in a log's line on metrics; empty: there is none yet.
+std::string MetricsAddress(const std::string& log) {
+  const size_t line = log.find("serving metrics");
+  if (line == std::string::npos) return "";
+  const std::string mark = "address=";
+  const size_t at = log.find(mark, line);
+  if (at == std::string::npos) return "";
+  const size_t begin = at + mark.size();
+  const size_t end = log.find_first_of(" \n", begin);
+  return end == std::string::npos ? "" : log.substr(begin, end - begin);
+}
+
+TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
+  const TrainingRig rig;
+  const std::unique_ptr<Subprocess> train = rig.Start(
+      "run",
+      rig.Train("run", 0, {"--metrics", "127.0.0.1:0", "--actors", "2"}));
+  rig.AwaitRows(*train, "run", 2);
+
+  EXPECT_THAT(Scrape(MetricsAddress(rig.Output("run"))),
+              AllOf(HasSubstr("200 OK"), HasSubstr("role=\"learner\""),
+                    HasSubstr("stage=\"learn\""),
+                    HasSubstr("sinew_policy_lag_versions_bucket"),
+                    HasSubstr("sinew_orders_outstanding"),
+                    HasSubstr("sinew_episode_ends_total{")));
+  for (const char* actor : {"actor-0", "actor-1"}) {
+    const auto log = ReadFile(
+        JoinPath(rig.Path("run"), std::string("logs/") + actor + ".log"));
+    ASSERT_TRUE(log.ok()) << log.status();
+    EXPECT_THAT(
+        Scrape(MetricsAddress(*log)),
+        AllOf(HasSubstr("200 OK"), HasSubstr("role=\"actor\""),
+              HasSubstr("stage=\"simulate\""), HasSubstr("stage=\"infer\""),
+              HasSubstr("stage=\"encode\""), HasSubstr("stage=\"send\"")))
+        << actor;
+  }
+
+  train->Signal(SIGTERM);
+  const auto end = train->Wait(absl::Minutes(1));
+  EXPECT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+}
+
+}  // namespace
+}  // namespace sinew::tests
