@@ -46,11 +46,15 @@ TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
                     HasSubstr("sinew_orders_outstanding"),
                     HasSubstr("sinew_episode_ends_total{")));
   for (const char* actor : {"actor-0", "actor-1"}) {
-    const auto log = ReadFile(
-        JoinPath(rig.Path("run"), std::string("logs/") + actor + ".log"));
-    ASSERT_TRUE(log.ok()) << log.status();
+    const std::string file =
+        JoinPath(rig.Path("run"), std::string("logs/") + actor + ".log");
+    std::string address;  // an actor may start later than another's first row
+    Await(*train, [&] {
+      address = MetricsAddress(ReadFile(file).value_or(""));
+      return !address.empty();
+    });
     EXPECT_THAT(
-        Scrape(MetricsAddress(*log)),
+        Scrape(address),
         AllOf(HasSubstr("200 OK"), HasSubstr("role=\"actor\""),
               HasSubstr("stage=\"simulate\""), HasSubstr("stage=\"infer\""),
               HasSubstr("stage=\"encode\""), HasSubstr("stage=\"send\"")))

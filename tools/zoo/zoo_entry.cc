@@ -8,6 +8,7 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
+#include "nlohmann/json.hpp"
 
 namespace sinew::zoo {
 
@@ -34,6 +35,37 @@ absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle) {
                    " bytes, found ", bytes));
 }
 
+namespace {
+
+// A figure's file, if it is there: of this bundle, with paths that mean
+// something elsewhere.
+absl::Status CheckFigures(const std::string& file, const std::string& digest) {
+  const absl::StatusOr<std::string> text = ReadFile(file);
+  if (absl::IsNotFound(text.status())) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(text.status());
+  const nlohmann::json figures =
+      nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  const nlohmann::json::json_pointer of("/bundle/manifest_sha256");
+  if (!figures.is_object() || !figures.contains(of) ||
+      figures[of] != nlohmann::json(digest)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(file, ": bundle.manifest_sha256: expected ", digest,
+                     ", found none or another"));
+  }
+  for (const char* subject : {"bundle", "library"}) {
+    const nlohmann::json::json_pointer at(absl::StrCat("/", subject, "/path"));
+    if (!figures.contains(at) || !figures[at].is_string()) continue;
+    const auto path = figures[at].get<std::string>();
+    if (!path.starts_with('/')) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        file, ": ", subject,
+        ".path: expected a path relative to the project, found ", path));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status CheckZooEntry(const std::string& folder) {
   const std::string directory = JoinPath(folder, "bundle");
   SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
@@ -46,6 +78,9 @@ absl::Status CheckZooEntry(const std::string& folder) {
     return absl::FailedPreconditionError(
         absl::StrCat(file, ": expected the digest of the bundle's manifest, ",
                      digest, ", found none or another"));
+  }
+  for (const char* figures : {"eval.json", "fallen.json"}) {
+    SINEW_RETURN_IF_ERROR(CheckFigures(JoinPath(folder, figures), digest));
   }
   const auto& licences = bundle.manifest.provenance().data_licences();
   if (licences.empty()) {

@@ -15,7 +15,8 @@ namespace sinew::zoo {
 //   zoo/NAME/CARD.md   its model card (model_card.h): names the digest of the
 //                      bundle's manifest and every licence of its clips
 //
-// and may hold: eval.json, fallen.json, recipe.textproto, state (README.md).
+// and may hold: eval.json and fallen.json (what `sinew eval` says of this very
+// bundle, its paths not absolute), recipe.textproto, state (README.md).
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
 // name the folder or file, expected and found.
@@ -29,8 +30,8 @@ absl::StatusOr<int64_t> FolderBytes(const std::string& folder);
 absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle);
 
 // Those of bundle::ReadBundle and CheckBundleBytes; NOT_FOUND: no card;
-// FAILED_PRECONDITION: the card is of another bundle, or a licence is unknown
-// or not named in it.
+// FAILED_PRECONDITION: the card or figures are of another bundle, figures name
+// an absolute path, or a licence is unknown or not named in the card.
 absl::Status CheckZooEntry(const std::string& folder);
 
 }  // namespace sinew::zoo

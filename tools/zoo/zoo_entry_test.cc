@@ -84,6 +84,37 @@ TEST_F(ZooEntry, NeedsEveryLicence) {
               StatusIs(kUnfit, HasSubstr("found one that is unknown")));
 }
 
+TEST_F(ZooEntry, HasFiguresOfThisBundleWithoutPathsOfAMachine) {
+  const std::string digest = manifest_.manifest_sha256();
+  WriteCard(absl::StrCat(digest, "\n", Licences()));
+  const auto figures = [&](absl::string_view of, absl::string_view library) {
+    return absl::StrCat(R"({"bundle": {"path": "bundle", "manifest_sha256": ")",
+                        of, R"("}, "library": {"path": ")", library, R"("}})");
+  };
+
+  for (const char* name : {"eval.json", "fallen.json"}) {
+    const std::string file = JoinPath(folder_, name);
+    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "library")), IsOk());
+    EXPECT_THAT(CheckZooEntry(folder_), IsOk());
+
+    for (const std::string& other :
+         {figures("ab", "library"), std::string("{")}) {
+      ASSERT_THAT(WriteFileAtomically(file, other), IsOk());
+      EXPECT_THAT(CheckZooEntry(folder_),
+                  StatusIs(kUnfit, AllOf(HasSubstr(name),
+                                         HasSubstr("bundle.manifest_sha256"),
+                                         HasSubstr(digest))));
+    }
+    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "/home/library")),
+                IsOk());
+    EXPECT_THAT(
+        CheckZooEntry(folder_),
+        StatusIs(kUnfit, AllOf(HasSubstr(name), HasSubstr("library.path"),
+                               HasSubstr("found /home/library"))));
+    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "library")), IsOk());
+  }
+}
+
 TEST_F(ZooEntry, IsNotLargerThanABundleMayBe) {
   const std::string bundle = JoinPath(folder_, "bundle");
   const auto bytes = CheckBundleBytes(bundle);
