@@ -1,6 +1,8 @@
 #include "tools/zoo/zoo_entry.h"
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <system_error>
 
 #include "absl/strings/match.h"
@@ -8,33 +10,8 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
-#include "nlohmann/json.hpp"
 
 namespace sinew::zoo {
-
-absl::StatusOr<int64_t> FolderBytes(const std::string& folder) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  int64_t bytes = 0;
-  fs::recursive_directory_iterator it(folder, error);
-  for (; !error && it != fs::recursive_directory_iterator();
-       it.increment(error)) {
-    if (!it->is_regular_file(error) || error) continue;
-    bytes += static_cast<int64_t>(it->file_size(error));
-  }
-  if (!error) return bytes;
-  return absl::NotFoundError(
-      absl::StrCat(folder, ": expected a folder: ", error.message()));
-}
-
-absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle) {
-  SINEW_ASSIGN_OR_RETURN(const int64_t bytes, FolderBytes(bundle));
-  if (bytes <= kMostBundleBytes) return bytes;
-  return absl::FailedPreconditionError(
-      absl::StrCat(bundle, ": expected a bundle of at most ", kMostBundleBytes,
-                   " bytes, found ", bytes));
-}
-
 namespace {
 
 // A figure's file, if it is there: of this bundle, with paths that mean
@@ -65,6 +42,29 @@ absl::Status CheckFigures(const std::string& file, const std::string& digest) {
 }
 
 }  // namespace
+
+absl::StatusOr<int64_t> FolderBytes(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  int64_t bytes = 0;
+  fs::recursive_directory_iterator it(folder, error);
+  for (; !error && it != fs::recursive_directory_iterator();
+       it.increment(error)) {
+    if (!it->is_regular_file(error) || error) continue;
+    bytes += static_cast<int64_t>(it->file_size(error));
+  }
+  if (!error) return bytes;
+  return absl::NotFoundError(
+      absl::StrCat(folder, ": expected a folder: ", error.message()));
+}
+
+absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle) {
+  SINEW_ASSIGN_OR_RETURN(const int64_t bytes, FolderBytes(bundle));
+  if (bytes <= kMostBundleBytes) return bytes;
+  return absl::FailedPreconditionError(
+      absl::StrCat(bundle, ": expected a bundle of at most ", kMostBundleBytes,
+                   " bytes, found ", bytes));
+}
 
 absl::Status CheckZooEntry(const std::string& folder) {
   const std::string directory = JoinPath(folder, "bundle");
