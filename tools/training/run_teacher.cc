@@ -1,7 +1,6 @@
 #include "tools/training/run_teacher.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -95,40 +94,34 @@ absl::StatusOr<std::vector<int>> TeacherOfClip(
     const std::vector<std::string>& folders,
     absl::Span<const std::set<std::string>> clips_of, const v1::Recipe& recipe,
     const motion::Library& library) {
-  std::map<std::string, std::vector<int>> teachers_of;  // narrowest first
   std::vector<int> narrowest_first(clips_of.size());
   std::iota(narrowest_first.begin(), narrowest_first.end(), 0);
   std::ranges::sort(narrowest_first, {},
                     [&](int t) { return std::pair(clips_of[t].size(), t); });
-  for (const int t : narrowest_first) {
-    for (const std::string& clip : clips_of[t]) {
-      teachers_of[clip].push_back(t);
-    }
-  }
-  std::map<std::string, int> teacher_of;
-  for (const auto& [clip, teachers] : teachers_of) {
-    teacher_of.emplace(clip, teachers[0]);
-    if (teachers.size() == 1) continue;
-    const size_t clips = clips_of[teachers[0]].size();
-    if (clips < clips_of[teachers[1]].size()) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--teacher: expected one bundle that was trained on fewer clips than "
-        "all others that were trained on clip ",
-        clip, ", found ", folders[teachers[0]], " and ", folders[teachers[1]],
-        " of ", clips, clips == 1 ? " clip" : " clips",
-        " each (task.start.only_clips of a bundle's training says which of its "
-        "library's clips are its own)"));
-  }
   std::vector<int> result(library.num_clips(), teacher::ClipAnnotator::kNone);
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
-    const auto found = teacher_of.find(clip.name());
-    if (found != teacher_of.end()) {
-      result[c] = found->second;
-    } else if (world::IsDrawn(recipe.task().start(), clip)) {
+    std::vector<int> teachers;
+    for (const int t : narrowest_first) {
+      if (clips_of[t].contains(clip.name())) teachers.push_back(t);
+    }
+    if (!teachers.empty()) result[c] = teachers[0];
+    if (!world::IsDrawn(recipe.task().start(), clip)) continue;
+    if (teachers.empty()) {
       return absl::InvalidArgumentError(absl::StrCat(
           "--teacher: expected a bundle that was trained on clip ", clip.name(),
           ", found none among ", absl::StrJoin(folders, ", ")));
+    }
+    const size_t fewest = clips_of[teachers[0]].size();
+    if (teachers.size() > 1 && clips_of[teachers[1]].size() == fewest) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--teacher: expected one bundle that was trained on fewer clips than "
+          "all others that were trained on clip ",
+          clip.name(), ", found ", folders[teachers[0]], " and ",
+          folders[teachers[1]], " of ", fewest,
+          fewest == 1 ? " clip" : " clips",
+          " each (task.start.only_clips of a bundle's training says which of "
+          "its library's clips are its own)"));
     }
   }
   return result;

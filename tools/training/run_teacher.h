@@ -52,8 +52,7 @@ struct RunTeacherOptions {
 // teachers. Checks that the teacher is of the task's character and control
 // rate, observes what the student observes and places its targets as
 // distillation.teacher_action says. Of several bundles, every clip that starts
-// may be drawn from must be one's own, and no clip two bundles' of equally few
-// clips.
+// may be drawn from must be one's own, and no two tie for fewest clips there.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;

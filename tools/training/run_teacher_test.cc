@@ -336,6 +336,12 @@ TEST(RunTeacher, RefusesBundlesThatKnowAClipEquallyWell) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("clip " + clips[1]), HasSubstr(front),
                              HasSubstr(back), HasSubstr("2 clips each"))));
+  // Of what no start is drawn from, either may know more.
+  Several elsewhere;
+  v1::Start& start = *elsewhere.recipe.mutable_task()->mutable_start();
+  start.add_only_clips(clips[0]);
+  start.add_only_clips(clips[2]);
+  EXPECT_THAT(elsewhere.Open({all, front, back}), IsOk());
   // A bundle of that clip alone settles it.
   EXPECT_THAT(
       run.Open({all, front, back, run.Bundle("middle", {clips[1]}, 0.45)}),

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -21,10 +22,15 @@ std::string Scrape(const std::string& address) {
   name.sin_family = AF_INET;
   name.sin_port = htons(static_cast<uint16_t>(parsed->port));
   name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof(name)), 0)
-      << address;
+  const timeval patience = {.tv_sec = 60};
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+  if (connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof(name)) != 0) {
+    ADD_FAILURE() << "nobody listens at " << address;
+    close(fd);
+    return "";
+  }
   const std::string request = "GET /metrics HTTP/1.0\r\n\r\n";
-  EXPECT_EQ(write(fd, request.data(), request.size()),
+  EXPECT_EQ(send(fd, request.data(), request.size(), MSG_NOSIGNAL),
             static_cast<ssize_t>(request.size()));
   std::string answer;
   char buffer[4096];
