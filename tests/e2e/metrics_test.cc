@@ -18,6 +18,7 @@ namespace {
 
 using ::sinew::metrics::testing::Scrape;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 // The address in a log's line on metrics; empty: there is none yet.
@@ -42,6 +43,8 @@ TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
   EXPECT_THAT(Scrape(MetricsAddress(rig.Output("run"))),
               AllOf(HasSubstr("200 OK"), HasSubstr("role=\"learner\""),
                     HasSubstr("stage=\"learn\""),
+                    ContainsRegex("\nsinew_iterations_total[^\n]* [1-9]"),
+                    ContainsRegex("\nsinew_samples_total[^\n]* [1-9]"),
                     HasSubstr("sinew_policy_lag_versions_bucket"),
                     HasSubstr("sinew_orders_outstanding"),
                     HasSubstr("sinew_episode_ends_total{")));
