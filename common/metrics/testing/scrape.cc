@@ -22,7 +22,7 @@ std::string Scrape(const std::string& address) {
   name.sin_family = AF_INET;
   name.sin_port = htons(static_cast<uint16_t>(parsed->port));
   name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const timeval patience = {.tv_sec = 60};
+  const timeval patience = {.tv_sec = 60, .tv_usec = 0};
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
   if (connect(fd, reinterpret_cast<sockaddr*>(&name), sizeof(name)) != 0) {
     ADD_FAILURE() << "nobody listens at " << address;
