@@ -21,17 +21,7 @@ using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
-// The address in a log's line on metrics; empty: there is none yet.
-std::string MetricsAddress(const std::string& log) {
-  const size_t line = log.find("serving metrics");
-  if (line == std::string::npos) return "";
-  const std::string mark = "address=";
-  const size_t at = log.find(mark, line);
-  if (at == std::string::npos) return "";
-  const size_t begin = at + mark.size();
-  const size_t end = log.find_first_of(" \n", begin);
-  return end == std::string::npos ? "" : log.substr(begin, end - begin);
-}
+constexpr char kServing[] = "serving metrics";
 
 TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
   const TrainingRig rig;
@@ -40,7 +30,7 @@ TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
       rig.Train("run", 0, {"--metrics", "127.0.0.1:0", "--actors", "2"}));
   rig.AwaitRows(*train, "run", 2);
 
-  EXPECT_THAT(Scrape(MetricsAddress(rig.Output("run"))),
+  EXPECT_THAT(Scrape(AddressIn(rig.Output("run"), kServing)),
               AllOf(HasSubstr("200 OK"), HasSubstr("role=\"learner\""),
                     HasSubstr("stage=\"learn\""),
                     ContainsRegex("\nsinew_iterations_total[^\n]* [1-9]"),
@@ -53,7 +43,7 @@ TEST(MetricsTest, ARunServesThoseOfItsLearnerAndOfEachActor) {
         JoinPath(rig.Path("run"), std::string("logs/") + actor + ".log");
     std::string address;  // an actor may start later than another's first row
     Await(*train, [&] {
-      address = MetricsAddress(ReadFile(file).value_or(""));
+      address = AddressIn(ReadFile(file).value_or(""), kServing);
       return !address.empty();
     });
     EXPECT_THAT(

@@ -114,18 +114,12 @@ std::string TrainingRig::Output(const std::string& name) const {
 
 std::string TrainingRig::AwaitAddress(Subprocess& process,
                                       const std::string& name) const {
-  const std::string mark = "address=";
-  std::string output;
+  std::string address;
   Await(process, [&] {
-    output = Output(name);
-    const size_t at = output.find(mark);
-    return at != std::string::npos &&
-           output.find('\n', at) != std::string::npos;
+    address = AddressIn(Output(name), "address=");
+    return !address.empty();
   });
-  const size_t at = output.find(mark);
-  if (at == std::string::npos) return "";
-  const std::string rest = output.substr(at + mark.size());
-  return rest.substr(0, rest.find_first_of(" \n"));
+  return address;
 }
 
 learner::Trainer::State TrainingRig::StateOf(const std::string& run) const {
@@ -146,6 +140,17 @@ int TrainingRig::Rows(const std::string& run) const {
 void TrainingRig::AwaitRows(Subprocess& process, const std::string& run,
                             int rows) const {
   Await(process, [&] { return Rows(run) >= rows; });
+}
+
+std::string AddressIn(const std::string& log, const std::string& message) {
+  const size_t line = log.find(message);
+  if (line == std::string::npos) return "";
+  const std::string mark = "address=";
+  const size_t at = log.find(mark, line);
+  if (at == std::string::npos) return "";
+  const size_t begin = at + mark.size();
+  if (log.find('\n', begin) == std::string::npos) return "";
+  return log.substr(begin, log.find_first_of(" \n", begin) - begin);
 }
 
 void AwaitTrue(const std::function<bool()>& holds) {

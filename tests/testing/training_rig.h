@@ -66,6 +66,10 @@ class TrainingRig {
   world::testing::ToyWorld toy_;
 };
 
+// The address in the first line of a log that holds `message`; empty: there is
+// no whole such line yet.
+std::string AddressIn(const std::string& log, const std::string& message);
+
 // Waits until `holds`: for what other processes do, which nothing announces.
 void AwaitTrue(const std::function<bool()>& holds);
 // The same, while `process` runs.
