@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "common/workspace_files.h"
+#include "sim/import/formats/testing/binary_fbx.h"
 #include "sim/import/formats/testing/check_clip.h"
 #include "sim/import/formats/testing/made_fbx.h"
 #include "sim/motion/rotation.h"
@@ -26,6 +28,8 @@ using Eigen::Vector3d;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::BinaryFbx;
+using testing::BinaryFbxOptions;
 using testing::CheckClip;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -88,14 +92,21 @@ struct Variant {
   double metres_per_unit;
   Quaterniond turn;  // to z up
   char up_axis;
+  std::optional<BinaryFbxOptions> binary = std::nullopt;  // else text
 };
+
+std::string BytesOf(const Variant& variant, const MadeFbx& made) {
+  if (!variant.binary) return made.bytes;
+  return BinaryFbx(made.bytes, *variant.binary);
+}
 
 class FbxRoundTrip : public ::testing::TestWithParam<Variant> {};
 
 TEST_P(FbxRoundTrip, KeepsEveryJointWhereItWas) {
   const Variant& variant = GetParam();
   const MadeFbx made = MakeFbx(variant.options);
-  const auto clip = ParseFbx(made.bytes, "walk", "dir/walk.fbx", {});
+  const auto clip =
+      ParseFbx(BytesOf(variant, made), "walk", "dir/walk.fbx", {});
 
   ASSERT_THAT(clip, IsOk());
   CheckClip(*clip);
@@ -131,7 +142,26 @@ INSTANTIATE_TEST_SUITE_P(
                 1,
                 Quaterniond::Identity(),
                 'z'},
-        Variant{"dense_keys", {.frames_per_second = 60}, 0.01, kToZUp, 'y'}),
+        Variant{"dense_keys", {.frames_per_second = 60}, 0.01, kToZUp, 'y'},
+        Variant{"binary", {}, 0.01, kToZUp, 'y', BinaryFbxOptions{}},
+        Variant{"binary_no_mesh",
+                {.mesh = false},
+                0.01,
+                kToZUp,
+                'y',
+                BinaryFbxOptions{}},
+        Variant{"binary_plain_arrays",
+                {},
+                0.01,
+                kToZUp,
+                'y',
+                BinaryFbxOptions{.version = 7400, .deflate = false}},
+        Variant{"binary_wide_offsets",
+                {},
+                0.01,
+                kToZUp,
+                'y',
+                BinaryFbxOptions{.version = 7500, .deflate = true}}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Fbx, EndsOfLimbsAreJointsThatNeverTurn) {
@@ -222,8 +252,17 @@ TEST(Fbx, RefusesLongClips) {
                                  "found 20000")));
 }
 
-TEST(Fbx, TruncatedFilesAreErrorsOrClips) {
-  const std::string bytes = MakeFbx({.frames = 3}).bytes;
+// Text or binary.
+class FbxBytes : public ::testing::TestWithParam<bool> {
+ protected:
+  static std::string Bytes() {
+    const std::string text = MakeFbx({.frames = 3}).bytes;
+    return GetParam() ? BinaryFbx(text) : text;
+  }
+};
+
+TEST_P(FbxBytes, TruncatedFilesAreErrorsOrClips) {
+  const std::string bytes = Bytes();
   for (int i = 0; i < 20; ++i) {
     const auto clip =
         ParseFbx(bytes.substr(0, bytes.size() * i / 20), "c", "dir/c.fbx", {});
@@ -234,11 +273,11 @@ TEST(Fbx, TruncatedFilesAreErrorsOrClips) {
   }
 }
 
-TEST(Fbx, DamagedFilesAreErrorsOrClipsWhateverTheLibraryDoes) {
+TEST_P(FbxBytes, DamagedFilesAreErrorsOrClipsWhateverTheLibraryDoes) {
   constexpr int kFiles = 80;
   std::mt19937 random(7);
   int clips = 0, refused = 0, crashed = 0;
-  const std::string bytes = MakeFbx({.frames = 3}).bytes;
+  const std::string bytes = Bytes();
   for (int i = 0; i < kFiles; ++i) {
     std::string damaged = bytes;
     for (int k = 0; k < 1 << (i % 8); ++k) {
@@ -260,6 +299,11 @@ TEST(Fbx, DamagedFilesAreErrorsOrClipsWhateverTheLibraryDoes) {
   RecordProperty("refused", refused);
   RecordProperty("crashed", crashed);
 }
+
+INSTANTIATE_TEST_SUITE_P(Forms, FbxBytes, ::testing::Bool(),
+                         [](const auto& info) {
+                           return info.param ? "binary" : "text";
+                         });
 
 }  // namespace
 }  // namespace sinew::import

@@ -134,9 +134,10 @@ class SceneMaker {
   }
 
  private:
-  // As text. What the exporter of this version (5.2.5) writes in binary its own
-  // importer refuses, and it rounds the times of keys to whole seconds: keys
-  // are a second apart for it, and their times divided afterwards.
+  // As text: what the exporter of this version (5.2.5) writes in binary no
+  // reader takes, its own neither. It rounds the times of keys to whole
+  // seconds: keys are a second apart for it, and their times divided
+  // afterwards.
   std::string Export(const aiScene& scene) const {
     Assimp::Exporter exporter;
     const aiExportDataBlob* blob = exporter.ExportToBlob(&scene, "fbxa");

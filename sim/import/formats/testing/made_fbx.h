@@ -9,7 +9,8 @@ namespace sinew::import::testing {
 
 // A small body with Mixamo's names and habits (a T-pose, y up, centimetres,
 // joint frames that lie along the bones), which turns and moves; written as
-// text by the FBX library's own exporter.
+// text by the FBX library's own exporter (binary_fbx.h makes binary files of
+// it).
 struct MadeFbx {
   std::string bytes;
   std::vector<std::string> joints;
