@@ -117,7 +117,8 @@ class EvaluationRollout {
       result = StepPhysics(row, data, &environment);
       if (!result.diverged && state_.observer) {
         mj_kinematics(task_.character().model(), data);
-        state_.observer(start, frame, *data);
+        state_.observer(start, frame, *data,
+                        state_.policy.latent(static_cast<int>(row)));
       }
     });
     if (!ok) result = world::DivergedStep();

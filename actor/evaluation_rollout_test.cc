@@ -76,9 +76,11 @@ TEST(Evaluation, ShowsEveryFrameToItsObserver) {
   RolloutRig rig;
   rig.UseZeroAction();
   std::vector<int> frames;
-  rig.worker->SetFrameObserver([&](int start, int frame, const mjData& data) {
+  rig.worker->SetFrameObserver([&](int start, int frame, const mjData& data,
+                                   absl::Span<const float> latent) {
     EXPECT_EQ(start, 0);
     EXPECT_GT(data.xpos[5], 0.3);  // the trunk's height
+    EXPECT_THAT(latent, ::testing::IsEmpty());
     frames.push_back(frame);
   });
 

@@ -31,6 +31,7 @@ using testing::Column;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::RolloutRig;
+using ::testing::SizeIs;
 
 constexpr int kJoints = 4, kLatent = 3;
 
@@ -71,6 +72,23 @@ TEST(LatentRollout, FillsTheColumnsOfItsLayout) {
   RolloutRig plain;
   EXPECT_EQ(FindColumn(plain.Run(plain.TrainOrder(1, 1)), "latent_noise"),
             nullptr);
+}
+
+TEST(LatentRollout, ShowsTheLatentOfAnEvaluationsSteps) {
+  LatentRig rig;
+  std::vector<std::vector<float>> latents;
+  rig.worker->SetFrameObserver(
+      [&](int, int, const mjData&, absl::Span<const float> latent) {
+        latents.emplace_back(latent.begin(), latent.end());
+      });
+
+  rig.Run(rig.EvaluationOrder({{1, 0, 3}}));
+
+  ASSERT_THAT(latents, SizeIs(3));
+  for (const std::vector<float>& latent : latents) {
+    EXPECT_THAT(latent, SizeIs(kLatent));
+  }
+  EXPECT_NE(latents[0], latents[1]);
 }
 
 TEST(LatentRollout, DrawsTheNoiseAnewForEveryStepAndEnvironment) {

@@ -7,6 +7,12 @@
 #include "common/status_macros.h"
 
 namespace sinew::actor {
+namespace {
+
+// Where policies that act through a latent show it.
+constexpr char kLatentTap[] = "latent";
+
+}  // namespace
 
 absl::Status PolicyRunner::SetGraph(const ActingGraph& graph) {
   // The common case is new weights of the same graph.
@@ -41,6 +47,10 @@ absl::Status PolicyRunner::Bind(const PolicyPorts& ports) {
   draw_.resize(width);
   action_tap_ = executor_->tap_index(ports.action);
   mean_tap_ = executor_->tap_index(ports.mean);
+  latent_tap_ = executor_->tap_index(kLatentTap);
+  if (latent_tap_ >= 0) {
+    latent_width_ = static_cast<size_t>(executor_->tap_width(latent_tap_));
+  }
   latent_noise_tap_ = executor_->tap_index(ports.latent_noise);
   if (action_tap_ < 0 || mean_tap_ < 0) {
     return absl::InternalError("policy executor lacks a tap of its own graph");
@@ -79,6 +89,11 @@ absl::Span<const float> PolicyRunner::action(int row) const {
 
 absl::Span<const float> PolicyRunner::mean(int row) const {
   return Row(mean_tap_, action_width_, row);
+}
+
+absl::Span<const float> PolicyRunner::latent(int row) const {
+  if (latent_tap_ < 0) return {};
+  return Row(latent_tap_, latent_width_, row);
 }
 
 absl::Span<const float> PolicyRunner::latent_noise(int row) const {

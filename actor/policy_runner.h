@@ -41,7 +41,9 @@ class PolicyRunner {
   // [A] of the last Run.
   absl::Span<const float> action(int row) const;
   absl::Span<const float> mean(int row) const;
-  // Noise of the latent in it; empty unless the graph has a tap for it.
+  // The latent in it, and that one's noise; empty unless the graph has a tap
+  // for it.
+  absl::Span<const float> latent(int row) const;
   absl::Span<const float> latent_noise(int row) const;
 
   // Natural logarithm of the density of action(row) under N(mean, std^2),
@@ -65,9 +67,9 @@ class PolicyRunner {
   std::vector<float> draw_;  // one row of all noise inputs
   int action_tap_ = -1;
   int mean_tap_ = -1;
-  int latent_noise_tap_ = -1;  // -1: the graph has none
+  int latent_tap_ = -1, latent_noise_tap_ = -1;  // -1: the graph has none
   size_t action_width_ = 0;
-  size_t latent_noise_width_ = 0;
+  size_t latent_width_ = 0, latent_noise_width_ = 0;
   std::vector<double> std_;
   double log_normaliser_ = 0;  // sum ln std + A/2 ln 2 pi
 };

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "actor/prepared_snapshot.h"
 #include "actor/rollout_assets.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -51,10 +52,12 @@ namespace sinew::actor {
 class RolloutWorker {
  public:
   // Called after each survived step of an evaluation with data whose bodies and
-  // geoms are placed: start's index, and the frame reached, counted from the
-  // start (>= 1).
+  // geoms are placed: start's index, the frame reached, counted from the start
+  // (>= 1), and the latent that the step was taken with (the policy's tap
+  // "latent"; without noise its encoder's mean), empty where it has none.
   using FrameObserver =
-      std::function<void(int start, int frame, const mjData& data)>;
+      std::function<void(int start, int frame, const mjData& data,
+                         absl::Span<const float> latent)>;
 
   static absl::StatusOr<std::unique_ptr<RolloutWorker>> Create(
       std::shared_ptr<const RolloutAssets> assets, int max_environments);

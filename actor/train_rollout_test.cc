@@ -70,7 +70,9 @@ TEST(TrainRollout, GivesTheSameBytesAfterItsDataWasScribbledOver) {
   const std::string clean = Bytes(rig.Run(order));
   const mjModel* model = rig.assets->task().character().model();
   rig.worker->SetFrameObserver(
-      [&](int, int, const mjData& data) { Scribble(model, data); });
+      [&](int, int, const mjData& data, absl::Span<const float>) {
+        Scribble(model, data);
+      });
   rig.Run(rig.EvaluationOrder({{1, 0, 5}}));
 
   EXPECT_EQ(Bytes(rig.Run(order)), clean);

@@ -65,10 +65,10 @@ absl::StatusOr<Evaluation> Evaluate(const Subject& subject,
   GroupProfiles profiles(subject, starts, options.profiles);
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::EvaluationResult> results,
-      RunStarts(subject.assets, *subject.policy, starts, options.threads, stop,
-                [&](size_t start, int frame, const mjData& data) {
-                  profiles.Add(start, frame, data);
-                }));
+      RunStarts(
+          subject.assets, *subject.policy, starts, options.threads, stop,
+          [&](size_t start, int frame, const mjData& data,
+              absl::Span<const float>) { profiles.Add(start, frame, data); }));
   SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationResult> zero,
                          RunStarts(subject.assets, *subject.zero_action, starts,
                                    options.threads, stop));

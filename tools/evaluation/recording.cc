@@ -56,7 +56,7 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::EvaluationResult> results,
       RunStarts(subject.assets, *subject.policy, {start}, /*threads=*/1, stop,
-                [&](size_t, int, const mjData& data) {
+                [&](size_t, int, const mjData& data, absl::Span<const float>) {
                   recording.simulated.insert(recording.simulated.end(),
                                              data.qpos,
                                              data.qpos + recording.nq);

@@ -75,10 +75,12 @@ class Pool {
   absl::Status RunGroup(size_t g, actor::RolloutWorker& worker) {
     const StartGroup group = groups_[g];
     if (observer_) {
-      worker.SetFrameObserver(
-          [this, group](int start, int frame, const mjData& data) {
-            observer_(group.first + static_cast<size_t>(start), frame, data);
-          });
+      worker.SetFrameObserver([this, group](int start, int frame,
+                                            const mjData& data,
+                                            absl::Span<const float> latent) {
+        observer_(group.first + static_cast<size_t>(start), frame, data,
+                  latent);
+      });
     }
     const v1::Order order =
         MakeOrder(assets_, snapshot_, static_cast<int64_t>(g),

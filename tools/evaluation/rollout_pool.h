@@ -19,11 +19,13 @@ namespace sinew::evaluation {
 
 // Called after each survived step with data whose bodies and geoms are placed:
 // index of the start in the span that was given to RunStarts, and the frame
-// reached, counted from the start (>= 1). Calls for starts of one group come
-// one after another, in an order that does not depend on threads; groups run at
-// the same time.
+// reached, counted from the start (>= 1), and the latent of the step that led
+// to it, empty for a policy without one. Calls for starts of one group come one
+// after another, in an order that does not depend on threads; groups run at the
+// same time.
 using FrameObserver =
-    std::function<void(size_t start, int frame, const mjData& data)>;
+    std::function<void(size_t start, int frame, const mjData& data,
+                       absl::Span<const float> latent)>;
 
 // A group is a run of neighbouring starts of one clip: what one order holds.
 struct StartGroup {

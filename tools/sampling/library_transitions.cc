@@ -49,9 +49,10 @@ std::vector<v1::EvaluationStart> Pieces(const motion::Library& library,
   return starts;
 }
 
-// qpos and qvel of the frames that one start survived, one after another.
+// Of the frames that one start survived, one after another.
 struct Tracked {
   std::vector<double> qpos, qvel;
+  std::vector<float> latent;  // of the steps that led to them
 };
 
 std::vector<float> StatesOf(const Sampler& sampler, const Tracked& tracked,
@@ -145,20 +146,25 @@ absl::Status AddStudent(const Sampler& sampler,
   SINEW_RETURN_IF_ERROR(
       evaluation::RunStarts(
           subject.assets, *subject.policy, starts, threads, stop,
-          [&](size_t start, int /*frame*/, const mjData& data) {
+          [&](size_t start, int /*frame*/, const mjData& data,
+              absl::Span<const float> latent) {
             // Every start has an element of its own.
             Tracked& own = tracked[start];
             own.qpos.insert(own.qpos.end(), data.qpos, data.qpos + model->nq);
             own.qvel.insert(own.qvel.end(), data.qvel, data.qvel + model->nv);
+            own.latent.insert(own.latent.end(), latent.begin(), latent.end());
           })
           .status());
   metrics::TransitionSet set(sampler.num_features(), transitions->all, most);
   const character::DataPtr data(mj_makeData(model));
   world::BodyState state(sampler.law().num_bodies(),
                          sampler.law().num_joints());
+  metrics::LatentMeter latent(sampler.latent_width());
   for (const Tracked& own : tracked) {
     set.AddMotion(StatesOf(sampler, own, data.get(), &state));
+    latent.AddMotion(own.latent);
   }
+  transitions->student_latent = latent.figures();
   if (set.size() == 0) {
     return absl::FailedPreconditionError(
         "--student: expected a policy that survives two steps of a clip, "

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "common/stop.h"
 #include "sim/metrics/foot_skate.h"
+#include "sim/metrics/latent_continuity.h"
 #include "sim/metrics/motion_energy.h"
 #include "sim/metrics/transitions.h"
 #include "sim/motion/library.h"
@@ -25,8 +26,10 @@ struct LibraryTransitions {
   metrics::FootSkate skate;
   metrics::MotionEnergy energy;
   // What the policy covers when it tracks the library, where that was asked
-  // for, and the number of its transitions.
+  // for, and how the latent moves meanwhile: its encoder's means, whose
+  // consecutive ones a distillation holds together.
   std::optional<metrics::TransitionMatch> student = std::nullopt;
+  metrics::LatentContinuity student_latent = {};
 };
 
 // Frames t and t + 1 of every clip, left-out ones apart (a looping clip's last
@@ -36,12 +39,13 @@ absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
     const Sampler& sampler, const motion::Library& library, int64_t most,
     const StopToken& stop);
 
-// Adds `student`: the graph "policy", mean action, tracks the clips piece by
-// piece; a piece is at most `seconds` long and ends where the policy fails. Of
-// a piece the states after each step count, not the one that it begins in,
-// which is the library's own: n steps are n - 1 transitions. They are thinned
-// to `most`. Blocking and errors: those of evaluation::RunStarts;
-// FAILED_PRECONDITION: it survives no two steps anywhere.
+// Adds `student` and `student_latent`: the graph "policy", mean action, tracks
+// the clips piece by piece; a piece is at most `seconds` long and ends where
+// the policy fails. Of a piece the states after each step count, not the one
+// that it begins in, which is the library's own: n steps are n - 1 transitions.
+// They are thinned to `most`. Blocking and errors: those of
+// evaluation::RunStarts; FAILED_PRECONDITION: it survives no two steps
+// anywhere.
 absl::Status AddStudent(const Sampler& sampler,
                         const evaluation::Subject& subject, double seconds,
                         int64_t most, int threads, const StopToken& stop,

@@ -22,6 +22,9 @@ SampleRow MakeRow(const BodyLaw& law, absl::Span<const SampleStart> starts,
   row.diverged = motion.diverged;
   row.upright =
       !motion.diverged && IsUpright(law, motion.upright_height.back());
+  row.ever_upright =
+      std::any_of(motion.upright_height.begin(), motion.upright_height.end(),
+                  [&](double height) { return IsUpright(law, height); });
   row.end_height = motion.upright_height.back() / law.standing_height();
   row.root_distance =
       std::hypot(static_cast<double>(root[root.size() - 2]) - root[0],
@@ -31,12 +34,13 @@ SampleRow MakeRow(const BodyLaw& law, absl::Span<const SampleStart> starts,
 }
 
 void CountRows(SampleFigures& figures) {
-  int stayed = 0, got_up = 0;
+  int stayed = 0, got_up = 0, stuck = 0;
   for (const SampleRow& row : figures.rows) {
     figures.diverged += row.diverged ? 1 : 0;
     figures.began_upright += row.began_upright ? 1 : 0;
     stayed += row.began_upright && row.upright ? 1 : 0;
     got_up += !row.began_upright && row.upright ? 1 : 0;
+    stuck += row.ever_upright ? 0 : 1;
   }
   const int fallen = figures.samples - figures.began_upright;
   if (figures.began_upright > 0) {
@@ -44,6 +48,7 @@ void CountRows(SampleFigures& figures) {
   }
   if (fallen > 0) {
     figures.got_up_share = static_cast<double>(got_up) / fallen;
+    figures.stuck_share = static_cast<double>(stuck) / fallen;
   }
 }
 
@@ -69,12 +74,15 @@ absl::Status Compare(const Sampler& sampler,
                      const FigureOptions& options, const StopToken& stop,
                      SampleFigures& figures) {
   for (const SampleMotion& motion : motions) {
-    figures.all_transitions += motion.frames() - 1;
+    figures.all_transitions += std::max<int64_t>(0, motion.frames() - 2);
   }
   metrics::TransitionSet set(sampler.num_features(), figures.all_transitions,
                              options.most_transitions);
-  for (const SampleMotion& motion : motions) set.AddMotion(motion.states);
-  if (set.size() == 0) return absl::OkStatus();  // all diverged at once
+  for (const SampleMotion& motion : motions) {
+    set.AddMotion(absl::MakeConstSpan(motion.states)
+                      .subspan(static_cast<size_t>(sampler.num_features())));
+  }
+  if (set.size() == 0) return absl::OkStatus();  // none took two steps
   SINEW_ASSIGN_OR_RETURN(
       const metrics::TransitionMatch match,
       metrics::MatchTransitions(

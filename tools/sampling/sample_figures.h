@@ -25,7 +25,8 @@ struct SampleRow {
   std::string start;
   double seconds = 0;  // that it ran
   bool began_upright = false;
-  bool upright = false;  // at the end; a diverged sample is not
+  bool upright = false;       // at the end; a diverged sample is not
+  bool ever_upright = false;  // in some frame
   bool diverged = false;
   double end_height = 0;     // of the head, share of its standing height
   double root_distance = 0;  // m over the floor, from start to end
@@ -37,17 +38,21 @@ struct SampleFigures {
   std::string name;             // "noise 1", "zero action" ...
   std::optional<double> noise;  // unset: the zero action
   int samples = 0, starts = 0, diverged = 0;
-  // Upright: kUprightShare. Shares of those that began upright, and of those
-  // that did not; NaN where there are none.
+  // Upright: kUprightShare. Of those that began upright, the share that is so
+  // at the end; of those that did not, the shares that are so at the end and in
+  // no frame at all. NaN where there are none.
   int began_upright = 0;
   double upright_share = std::numeric_limits<double>::quiet_NaN();
   double got_up_share = std::numeric_limits<double>::quiet_NaN();
+  double stuck_share = std::numeric_limits<double>::quiet_NaN();
   metrics::DiversityFigures diversity;
   metrics::FootSkate skate;
   metrics::MotionEnergy energy;
   metrics::LatentContinuity latent;       // what was decoded
   metrics::LatentContinuity latent_mean;  // the prior's means along the motion
-  // Where there is a library to compare with.
+  // Where there is a library to compare with. Of a sample the states after each
+  // step count, not the one that it begins in, which is mostly the library's
+  // own: n steps are n - 1 transitions, as of the student (AddStudent).
   std::optional<metrics::TransitionFigures> transitions;
   int64_t all_transitions = 0;         // before thinning
   std::vector<double> coverage_curve;  // at kCoverageThresholds

@@ -64,7 +64,10 @@ TEST(MeasureSamples, CountsWhoStaysUprightAndWhoGetsUp) {
   const Toy toy;
   std::vector<SampleMotion> motions = {
       Motion(0, 0.44, 0.44), Motion(0, 0.44, 0.27), Motion(0, 0.44, 0.26),
-      Motion(1, 0.1, 0.3), Motion(1, 0.1, 0.1)};
+      Motion(1, 0.1, 0.3),   Motion(1, 0.1, 0.1),   Motion(1, 0.1, 0.1)};
+  // Up for a while, down again.
+  motions.back().upright_height = {0.1, 0.3, 0.1};
+  motions.push_back(Motion(1, 0.1, 0.1));
   motions.push_back(Motion(0, 0.44, 0.44));
   motions.back().diverged = true;
 
@@ -73,16 +76,19 @@ TEST(MeasureSamples, CountsWhoStaysUprightAndWhoGetsUp) {
                    {.name = "b", .qpos = {}, .qvel = {}}},
                   motions);
 
-  EXPECT_EQ(figures.samples, 6);
+  EXPECT_EQ(figures.samples, 8);
   EXPECT_EQ(figures.starts, 2);
   EXPECT_EQ(figures.diverged, 1);
   EXPECT_EQ(figures.began_upright, 4);
   EXPECT_DOUBLE_EQ(figures.upright_share, 0.5);  // not the diverged one
-  EXPECT_DOUBLE_EQ(figures.got_up_share, 0.5);
-  ASSERT_THAT(figures.rows, SizeIs(6));
+  EXPECT_DOUBLE_EQ(figures.got_up_share, 0.25);
+  EXPECT_DOUBLE_EQ(figures.stuck_share, 0.5);
+  ASSERT_THAT(figures.rows, SizeIs(8));
   EXPECT_EQ(figures.rows[3].start, "b");
   EXPECT_FALSE(figures.rows[3].began_upright);
   EXPECT_TRUE(figures.rows[3].upright);
+  EXPECT_TRUE(figures.rows[5].ever_upright);
+  EXPECT_FALSE(figures.rows[5].upright);
   EXPECT_DOUBLE_EQ(figures.rows[0].root_distance, 5);
   EXPECT_DOUBLE_EQ(figures.rows[0].seconds, 1.0 / 30);
   EXPECT_FALSE(figures.transitions.has_value());
@@ -96,14 +102,16 @@ TEST(MeasureSamples, HasNoShareOfNothing) {
 
   EXPECT_DOUBLE_EQ(figures.upright_share, 1);
   EXPECT_TRUE(std::isnan(figures.got_up_share));
+  EXPECT_TRUE(std::isnan(figures.stuck_share));
   EXPECT_EQ(figures.diversity.pairs, 0);
   EXPECT_EQ(figures.latent.steps, 0);
 }
 
-TEST(MeasureSamples, AClipPlayedBackCoversItselfAtNoDistance) {
+TEST(MeasureSamples, AClipPlayedBackCoversItselfButForItsStart) {
   const Toy toy;
   const LibraryTransitions library = toy.Transitions();
-  // Clip "sway": 20 frames, 19 transitions; the library has 24 + 19 + 15.
+  // Clip "sway": 20 frames, 19 transitions, the first of which is that of the
+  // start; the library has 24 + 19 + 15.
   ASSERT_EQ(library.all, 58);
   ASSERT_EQ(library.rows.rows(), 58);
 
@@ -114,9 +122,9 @@ TEST(MeasureSamples, AClipPlayedBackCoversItselfAtNoDistance) {
 
   ASSERT_TRUE(figures.transitions.has_value());
   EXPECT_EQ(figures.transitions->library, 58);
-  EXPECT_EQ(figures.transitions->generated, 19);
+  EXPECT_EQ(figures.transitions->generated, 18);
   EXPECT_NEAR(figures.transitions->distance, 0, 1e-6);
-  EXPECT_GE(figures.transitions->coverage, 19.0 / 58 - 1e-12);
+  EXPECT_DOUBLE_EQ(figures.transitions->coverage, 18.0 / 58);
   EXPECT_EQ(figures.transitions->far_share, 0);
   ASSERT_THAT(figures.coverage_curve, SizeIs(5));
   for (size_t i = 1; i < 5; ++i) {
@@ -135,7 +143,7 @@ TEST(MeasureSamples, ComparesWithAtMostSoManyTransitions) {
 
   EXPECT_EQ(figures.transitions->library, 10);
   EXPECT_EQ(figures.transitions->generated, 5);
-  EXPECT_EQ(figures.all_transitions, 19);
+  EXPECT_EQ(figures.all_transitions, 18);
 }
 
 TEST(MeasureSamples, SaysWhichShareOfWhatTheStudentCoversIsCovered) {
@@ -144,8 +152,9 @@ TEST(MeasureSamples, SaysWhichShareOfWhatTheStudentCoversIsCovered) {
   metrics::TransitionMatch student;
   student.library_distance.assign(58, 9);
   // Of the student's, two are of "sway" (after the 24 of "turn"), and one of
-  // "tumble", to which nothing in "sway" is near.
-  for (const size_t covered : {24, 30, 50}) {
+  // "tumble", to which nothing in "sway" is near. The first of "sway" is none
+  // of what was sampled.
+  for (const size_t covered : {25, 30, 50}) {
     student.library_distance[covered] = 0;
   }
   library.student = student;

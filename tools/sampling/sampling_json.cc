@@ -13,7 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr char kColumns[] = "%-12s %7s %9s %8s %9s %9s %9s %9s %9s %9s %9s\n";
+constexpr char kColumns[] =
+    "%-12s %7s %9s %8s %7s %9s %9s %9s %9s %9s %9s %9s\n";
 
 Json Number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -80,6 +81,7 @@ Json FiguresObject(const SampleFigures& figures) {
       {"began_upright", figures.began_upright},
       {"upright_share", Number(figures.upright_share)},
       {"got_up_share", Number(figures.got_up_share)},
+      {"stuck_share", Number(figures.stuck_share)},
       {"diversity", DiversityObject(figures.diversity)},
       {"foot_skate_m_per_s", figures.skate.mean_m_per_s()},
       {"foot_contacts", figures.skate.contacts},
@@ -116,6 +118,7 @@ Json Definitions(const SamplingSource& source) {
        "of the samples that began upright, those upright at "
        "the end; diverged ones are not"},
       {"got_up_share", "of the samples that did not, those upright at the end"},
+      {"stuck_share", "of the samples that did not, those upright in no frame"},
       {"diversity",
        "over pairs of samples of one start: mean distance of "
        "tracked bodies, relative to the root in its heading "
@@ -125,10 +128,12 @@ Json Definitions(const SamplingSource& source) {
       {"acceleration_m_per_s2", "mean second difference of body positions"},
       {"latent",
        "of what was decoded: mean |z_t - z_t-1|, spread of all z, "
-       "and the ratio of both; latent_mean: of the prior's means"},
+       "and the ratio of both; latent_mean: of the prior's means, and for the "
+       "student of its encoder's"},
       {"transitions",
-       "features of two consecutive states: SELF_JOINT_SPACE of "
-       "sim/world/observation.h, each standardised over the library; distance: "
+       "features of two consecutive states, the start apart: SELF_JOINT_SPACE "
+       "of sim/world/observation.h, each standardised over the library; "
+       "distance: "
        "root mean square of the differences to the nearest library transition, "
        "mean over generated ones; squared_distance: equation 8 of Bae et al. "
        "2025, over all generated ones, and, as they do, over those within the "
@@ -184,6 +189,7 @@ std::string SamplingJson(const SamplingSource& source,
           static_cast<int64_t>(library->student->generated_distance.size()));
       json["student"]["coverage_by_threshold"] =
           Curve(CoverageCurve(*library->student));
+      json["student"]["latent_mean"] = LatentObject(library->student_latent);
     }
   }
   json["definitions"] = Definitions(source);
@@ -196,13 +202,14 @@ std::string SamplingJson(const SamplingSource& source,
 
 std::string SamplingTable(const std::vector<SampleFigures>& figures) {
   std::string table = absl::StrFormat(
-      kColumns, "", "samples", "upright %", "got up %", "diverse m", "final m",
-      "cover %", "student %", "distance", "skate m/s", "dz mean");
+      kColumns, "", "samples", "upright %", "got up %", "stuck %", "diverse m",
+      "final m", "cover %", "student %", "distance", "skate m/s", "dz mean");
   for (const SampleFigures& one : figures) {
     const bool compared = one.transitions.has_value();
     absl::StrAppendFormat(
         &table, kColumns, one.name, absl::StrCat(one.samples),
         Percent(one.upright_share), Percent(one.got_up_share),
+        Percent(one.stuck_share),
         Fixed(one.diversity.over_time_m, one.diversity.pairs > 0),
         Fixed(one.diversity.final_m, one.diversity.pairs > 0),
         compared ? Percent(one.transitions->coverage) : "-",

@@ -70,6 +70,7 @@ Json WayObject(const SampleFigures& one) {
       {"samples", one.samples},
       {"upright_percent", Known(100 * one.upright_share)},
       {"got_up_percent", Known(100 * one.got_up_share)},
+      {"stuck_percent", Known(100 * one.stuck_share)},
       {"diversity_m",
        Known(one.diversity.over_time_m, one.diversity.pairs > 0)},
       {"coverage_percent",

@@ -66,6 +66,7 @@ TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {
   EXPECT_EQ(json["library"]["transitions"], 58);
   EXPECT_EQ(json["library"]["threshold"], 0.5);
   EXPECT_GT(json["student"]["generated"], 0);
+  EXPECT_GT(json["student"]["latent_mean"]["step"], 0);
   EXPECT_THAT(json["definitions"]["student"].get<std::string>(),
               AllOf(HasSubstr("in the world of evaluations: not randomised"),
                     HasSubstr("samples move in the same physics")));
@@ -82,9 +83,10 @@ TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {
   EXPECT_EQ(noisy["rows"].size(), 8);
   EXPECT_EQ(noisy["began_upright"], 8);
   EXPECT_TRUE(noisy["got_up_share"].is_null());
+  EXPECT_TRUE(noisy["stuck_share"].is_null());
   EXPECT_EQ(noisy["diversity"]["pairs"], 12);  // two starts, 6 pairs each
   EXPECT_GT(noisy["diversity"]["over_time_m"], 0);
-  EXPECT_EQ(noisy["transitions"]["generated"], 8 * 15);
+  EXPECT_EQ(noisy["transitions"]["generated"], 8 * 14);
   EXPECT_GT(noisy["transitions"]["distance"], 0);
   EXPECT_GT(noisy["latent"]["step"], json["ways"][1]["latent"]["step"]);
 }

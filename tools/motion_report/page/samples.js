@@ -7,6 +7,7 @@ const COLUMNS = [
   ["samples", "", (way) => way.samples, 0],
   ["upright", "%", (way) => way.upright_percent, 1],
   ["got up", "%", (way) => way.got_up_percent, 1],
+  ["stuck", "%", (way) => way.stuck_percent, 1],
   ["diversity", "m", (way) => way.diversity_m, 3],
   ["coverage", "%", (way) => way.coverage_percent, 1],
   ["distance", "sd", (way) => way.distance, 3],
