@@ -89,7 +89,8 @@ absl::Status CheckBlendOptions(const BlendOptions& options) {
 absl::StatusOr<Retargeted> BlendClips(const BlendOptions& options,
                                       const Retargeted& first,
                                       const Retargeted& second,
-                                      Dynamics* dynamics) {
+                                      Dynamics* dynamics,
+                                      const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckBlendOptions(options));
   SINEW_ASSIGN_OR_RETURN(const ModelMotion before,
                          Keep("first", options.first, first.motion));
@@ -110,7 +111,8 @@ absl::StatusOr<Retargeted> BlendClips(const BlendOptions& options,
   const std::vector<bool> supported = PlaceOnFloor(dynamics, &blended.motion);
   RetargetOptions settling;
   settling.rate = blended.motion.rate;
-  Settle(settling, supported, dynamics, &blended);
+  settling.stop = stop;
+  SINEW_RETURN_IF_ERROR(Settle(settling, supported, dynamics, &blended));
   JoinFiguresOfSource(first, second, &blended.quality);
   return blended;
 }

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "common/stop.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/retarget.h"
 
@@ -43,7 +44,8 @@ absl::Status CheckBlendOptions(const BlendOptions& options);
 absl::StatusOr<Retargeted> BlendClips(const BlendOptions& options,
                                       const Retargeted& first,
                                       const Retargeted& second,
-                                      Dynamics* dynamics);
+                                      Dynamics* dynamics,
+                                      const StopToken& stop = {});
 
 }  // namespace sinew::import
 

@@ -77,6 +77,7 @@ absl::StatusOr<Retargeted> Play(const ImportModel& model, const Source& source,
   RetargetOptions retarget;
   retarget.rate = options.rate;
   retarget.map = options.map;
+  retarget.stop = options.stop;
   if (const auto* clip = std::get_if<SourceClip>(&source)) {
     SINEW_RETURN_IF_ERROR(CheckDuration(clip->name, clip->duration()));
     return RetargetClip(model, *clip, retarget);
@@ -133,8 +134,9 @@ absl::StatusOr<ImportedClip> ImportBlend(const ImportModel& model,
   MarkWarnings("first", &before);
   MarkWarnings("second", &after);
   Dynamics dynamics(model);
-  SINEW_ASSIGN_OR_RETURN(Retargeted blended,
-                         BlendClips(blend, before, after, &dynamics));
+  SINEW_ASSIGN_OR_RETURN(
+      Retargeted blended,
+      BlendClips(blend, before, after, &dynamics, options.stop));
   SINEW_RETURN_IF_ERROR(
       CheckDuration(absl::StrCat(NameOf(first), " + ", NameOf(second)),
                     blended.motion.frames() / blended.motion.rate));

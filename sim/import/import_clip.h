@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "common/policy/safetensors.h"
+#include "common/stop.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/skeleton_map.pb.h"
 #include "sim/import/blend_clips.h"
@@ -43,6 +44,7 @@ struct ClipOptions {
   EditOptions edits = {};
   // Of the character; must be set if there are edits.
   const MotionMirror* mirror = nullptr;
+  StopToken stop = {};
 };
 
 // A clip on a character, ready for a library.

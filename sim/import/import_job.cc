@@ -120,6 +120,7 @@ absl::StatusOr<ImportedClip> Import(const ImportContext& context,
   options.edits = context.options.edits;
   options.edits.mirror = job.mirrored;
   options.mirror = &context.mirror;
+  options.stop = context.options.stop;
   if (!job.next.has_value()) {
     SINEW_ASSIGN_OR_RETURN(const Source source, Read(context, job.file, name));
     return ImportClip(context.model, source, options);

@@ -194,6 +194,24 @@ std::string OutcomeDigest(const std::string& options_sha256,
   return Sha256Hex(absl::StrCat(options_sha256, Dump(clips)));
 }
 
+// What a newer version wrote is not overwritten.
+absl::Status CheckNotNewer(const std::string& directory) {
+  const std::string path = JoinPath(directory, kManifestFile);
+  const auto text = ReadFile(path, kMaxJsonBytes);
+  if (!text.ok()) return absl::OkStatus();
+  const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  const Json version =
+      json.is_object() ? json.value("format_version", Json()) : Json();
+  if (!version.is_number() ||
+      version.get<double>() <= motion::kLibraryFormatVersion) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat(
+      path, ": format_version: expected at most ",
+      motion::kLibraryFormatVersion, ", found ", version.dump(),
+      " (written by a newer version); import into another folder"));
+}
+
 // True if the folder holds what import.json says that it was made to hold, of
 // this outcome.
 bool UpToDate(const std::string& directory, const std::string& outcome) {
@@ -272,6 +290,7 @@ absl::Status ImportFiles(const character::Character& character,
   SINEW_RETURN_IF_ERROR(CheckCredits(options, files));
   SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
   SINEW_ASSIGN_OR_RETURN(const auto lock, DirectoryLock::Acquire(directory));
+  SINEW_RETURN_IF_ERROR(CheckNotNewer(directory));
   const ClipCache cache(JoinPath(directory, kCacheFolder));
   MotionMirror mirror;
   if (options.edits.mirror) {

@@ -71,6 +71,24 @@ TEST_F(ImporterTest, WritesNothingWhereNoFileIsGood) {
   EXPECT_FALSE(FileSize(JoinPath(TestPath("none"), "manifest.json")).ok());
 }
 
+TEST_F(ImporterTest, LeavesALibraryOfANewerVersionAsItIs) {
+  const std::string file = WriteTestFile("good.txt", testing::MarchJson());
+  Import({file}, "newer");
+  const std::string manifest = JoinPath(TestPath("newer"), "manifest.json");
+  const std::string newer =
+      absl::StrReplaceAll(Bytes("newer", "manifest.json"),
+                          {{"\"format_version\": 1", "\"format_version\": 2"}});
+  ASSERT_THAT(WriteFileAtomically(manifest, newer), IsOk());
+
+  EXPECT_THAT(
+      ImportFiles(*character_, {file}, options_, TestPath("newer"), &reports_),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               HasSubstr("manifest.json: format_version: expected at most 1, "
+                         "found 2 (written by a newer version)")));
+
+  EXPECT_EQ(Bytes("newer", "manifest.json"), newer);
+}
+
 TEST_F(ImporterTest, RefusesARateOutOfRange) {
   options_.rate = 0;
   EXPECT_THAT(

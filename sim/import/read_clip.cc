@@ -104,7 +104,7 @@ absl::StatusOr<Source> ReadClip(const std::string& path,
     case ClipFormat::kSmplNpz:
       return ParseSmplNpz(bytes, name, path, read);
     case ClipFormat::kDeepMimic:
-      return ParseDeepMimic(bytes, name, path);
+      return ParseDeepMimic(bytes, name, path, read);
     case ClipFormat::kRobotCsv:
       return ReadRobotCsv(path, bytes, name, model, read);
     case ClipFormat::kKeyframes:

@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/formats/deepmimic_json.h"
+#include "sim/import/formats/file_frame.h"
 #include "sim/import/formats/text_lines.h"
 
 namespace sinew::import {
@@ -143,7 +144,12 @@ const SourceSkeleton& DeepMimicSkeleton() {
 
 absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
                                           absl::string_view name,
-                                          absl::string_view source) {
+                                          absl::string_view source,
+                                          const ReadOptions& options) {
+  SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckFixedFrame(options, /*metres_per_unit=*/1,
+                                        /*up_axis=*/'y', "DeepMimic's format",
+                                        source));
   SINEW_RETURN_IF_ERROR(CheckFileSize(json, kDeepMimicMaxBytes, source));
   SINEW_ASSIGN_OR_RETURN(DeepMimicFile file, ReadDeepMimicJson(json, source));
   if (file.frames.size() < 2) {
@@ -170,7 +176,9 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
                                      "lasts too short"));
     }
     clip.poses.push_back(std::move(pose));
-    time += row[0];
+    time = options.frames_per_second
+               ? static_cast<double>(i + 1) / *options.frames_per_second
+               : time + row[0];
   }
   clip.facts.set_format("deepmimic");
   clip.facts.set_frames_per_second(static_cast<double>(clip.poses.size() - 1) /

@@ -32,10 +32,12 @@ const SourceSkeleton& DeepMimicSkeleton();
 // Reads a clip. Total: any bytes give a clip or INVALID_ARGUMENT that names
 // `source`, the frame and column, what was expected and what was found
 // (RESOURCE_EXHAUSTED: too large). Memory is bounded by a small multiple of
-// the input. `name` becomes the clip's.
+// the input. `name` becomes the clip's. Options: frames_per_second goes before
+// the frames' own times; unit and up axis can only be what the format has.
 absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
                                           absl::string_view name,
-                                          absl::string_view source);
+                                          absl::string_view source,
+                                          const ReadOptions& options);
 
 }  // namespace sinew::import
 

@@ -7,7 +7,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const absl::string_view bytes(reinterpret_cast<const char*>(data), size);
-  const auto clip = sinew::import::ParseDeepMimic(bytes, "clip", "fuzz.json");
+  const auto clip =
+      sinew::import::ParseDeepMimic(bytes, "clip", "fuzz.json", {});
   if (clip.ok()) sinew::import::testing::CheckClip(*clip);
   return 0;
 }

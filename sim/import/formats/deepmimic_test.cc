@@ -45,7 +45,7 @@ TEST(DeepMimic, ReadsFramesIntoAWorldWithZUp) {
   row[3] = "0.5";    // to the right
   row[20] = "-0.7";  // right knee: flexed
   const auto clip =
-      ParseDeepMimic(Json({Row(0.25), row, Row(0)}, "wrap"), "c", "c.txt");
+      ParseDeepMimic(Json({Row(0.25), row, Row(0)}, "wrap"), "c", "c.txt", {});
   ASSERT_THAT(clip, IsOk());
   ASSERT_EQ(clip->poses.size(), 3u);
   EXPECT_TRUE(clip->loops);
@@ -63,7 +63,7 @@ TEST(DeepMimic, ReadsFramesIntoAWorldWithZUp) {
 
 TEST(DeepMimic, NotesHowItWasRead) {
   const auto clip =
-      ParseDeepMimic(Json({Row(0.25), Row(0.25), Row(0)}), "c", "c.txt");
+      ParseDeepMimic(Json({Row(0.25), Row(0.25), Row(0)}), "c", "c.txt", {});
 
   ASSERT_THAT(clip, IsOk());
   EXPECT_THAT(clip->facts, EqualsProto(R"pb(
@@ -75,10 +75,27 @@ TEST(DeepMimic, NotesHowItWasRead) {
               )pb"));
 }
 
+TEST(DeepMimic, TakesTheUsersRateForItsOwn) {
+  const auto clip = ParseDeepMimic(Json({Row(0.25), Row(0.25), Row(0)}), "c",
+                                   "c.txt", {.frames_per_second = 20});
+
+  ASSERT_THAT(clip, IsOk());
+  EXPECT_DOUBLE_EQ(clip->duration(), 0.1);
+  EXPECT_DOUBLE_EQ(clip->facts.frames_per_second(), 20);
+}
+
+TEST(DeepMimic, RefusesUnitsAndAxesThatTheFormatHasNot) {
+  const std::string json = Json({Row(0.25), Row(0)});
+  EXPECT_THAT(ParseDeepMimic(json, "c", "dir/c.txt", {.metres_per_unit = 0.5}),
+              testing::IsRefused("dir/c.txt: ", "metres_per_unit: expected 1"));
+  EXPECT_THAT(ParseDeepMimic(json, "c", "dir/c.txt", {.up_axis = 'z'}),
+              testing::IsRefused("dir/c.txt: ", "up_axis: expected y"));
+}
+
 TEST(DeepMimic, NormalisesQuaternionsAndReportsTheDrift) {
   std::vector<std::string> row = Row(0.1);
   row[8] = "1.25";
-  const auto clip = ParseDeepMimic(Json({Row(0.1), row}), "c", "c.txt");
+  const auto clip = ParseDeepMimic(Json({Row(0.1), row}), "c", "c.txt", {});
   ASSERT_THAT(clip, IsOk());
   EXPECT_DOUBLE_EQ(clip->quaternion_drift, 0.25);
   EXPECT_NEAR(clip->poses[1].rotation[1].norm(), 1, 1e-15);
@@ -87,7 +104,7 @@ TEST(DeepMimic, NormalisesQuaternionsAndReportsTheDrift) {
 class DeepMimicError : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(DeepMimicError, NamesFileFrameExpectedAndFound) {
-  EXPECT_THAT(ParseDeepMimic(GetParam().text, "c", "dir/c.txt"),
+  EXPECT_THAT(ParseDeepMimic(GetParam().text, "c", "dir/c.txt", {}),
               testing::IsRefused("dir/c.txt: ", GetParam().expected));
 }
 
@@ -141,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(DeepMimic, AnyTruncationIsAnErrorAndNotACrash) {
   const std::string json = Json({Row(0.1), Row(0.1)});
   for (size_t size = 0; size < json.size(); ++size) {
-    EXPECT_FALSE(ParseDeepMimic(json.substr(0, size), "c", "c.txt").ok());
+    EXPECT_FALSE(ParseDeepMimic(json.substr(0, size), "c", "c.txt", {}).ok());
   }
 }
 

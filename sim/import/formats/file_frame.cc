@@ -93,6 +93,22 @@ absl::Status CheckReadOptions(const ReadOptions& options) {
   return absl::OkStatus();
 }
 
+absl::Status CheckFixedFrame(const ReadOptions& options, double metres_per_unit,
+                             char up_axis, absl::string_view format,
+                             absl::string_view source) {
+  const double unit = options.metres_per_unit.value_or(metres_per_unit);
+  if (unit != metres_per_unit) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source, ": metres_per_unit: expected ", metres_per_unit,
+                     ", as ", format, " always has it, found ", unit));
+  }
+  const char up = options.up_axis.value_or(up_axis);
+  if (up == up_axis) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      source, ": up_axis: expected ", absl::string_view(&up_axis, 1), ", as ",
+      format, " always has it, found ", absl::string_view(&up, 1)));
+}
+
 void MoveToWorld(const FileFrame& file, const ReadOptions& options,
                  SourceClip& clip) {
   const double scale = MetresPerUnit(file, options, clip);

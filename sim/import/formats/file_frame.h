@@ -33,6 +33,12 @@ inline constexpr double kMaxFramesPerSecond = 1e4;
 // quaternion_order wxyz or xyzw.
 absl::Status CheckReadOptions(const ReadOptions& options);
 
+// Of a format whose unit and up axis are fixed, so that nothing can be said of
+// a file's: INVALID_ARGUMENT if the user says otherwise.
+absl::Status CheckFixedFrame(const ReadOptions& options, double metres_per_unit,
+                             char up_axis, absl::string_view format,
+                             absl::string_view source);
+
 // Moves skeleton and poses of a clip from the file's axes and units into the
 // world; notes metres_per_unit and up_axis in clip.facts, and in `concluded`
 // if neither user nor file said them.

@@ -189,6 +189,22 @@ TEST(RateOfFrameTime, UndoesTheRoundingOfFrameTimes) {
   EXPECT_NEAR(RateOfFrameTime(1.001 / 30), 29.97, 1e-3);
 }
 
+TEST(CheckFixedFrame, RefusesWhatTheFormatCannotBe) {
+  const auto check = [](const ReadOptions& options) {
+    return CheckFixedFrame(options, 1, 'z', "MuJoCo", "a.xml");
+  };
+  EXPECT_THAT(check({}), IsOk());
+  EXPECT_THAT(check({.metres_per_unit = 1, .up_axis = 'z'}), IsOk());
+  EXPECT_THAT(check({.metres_per_unit = 0.5}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("a.xml: metres_per_unit: expected 1, as "
+                                 "MuJoCo always has it, found 0.5")));
+  EXPECT_THAT(check({.up_axis = 'y'}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("a.xml: up_axis: expected z, as MuJoCo always "
+                                 "has it, found y")));
+}
+
 TEST(CheckReadOptions, NamesWhatMakesNoSense) {
   const auto check = [](auto change) {
     ReadOptions options;

@@ -67,6 +67,8 @@ absl::StatusOr<std::unique_ptr<KeyFile>> ReadKeyFile(
     absl::string_view bytes, absl::string_view source,
     const ReadOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckReadOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckFixedFrame(options, /*metres_per_unit=*/1,
+                                        /*up_axis=*/'z', "MuJoCo", source));
   SINEW_RETURN_IF_ERROR(CheckFileSize(bytes, kKeyframesMaxBytes, source));
   auto file = std::make_unique<KeyFile>();
   file->source = std::string(source);

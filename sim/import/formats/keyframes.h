@@ -30,8 +30,8 @@ inline constexpr int64_t kKeyframesMaxBytes = int64_t{128} << 20;
 // ParseMarkerKeyframes), qpos of other size than the model's, numbers that are
 // none or not finite, times that do not rise; a model with unnamed or other
 // joints, or that this file does not hold whole (include, attach, replicate,
-// composite, flexcomp). RESOURCE_EXHAUSTED: too large or too long. Options:
-// only frames_per_second has a meaning.
+// composite, flexcomp); unit or up axis other than MuJoCo's.
+// RESOURCE_EXHAUSTED: too large or too long.
 absl::StatusOr<RobotClip> ParseKeyframes(absl::string_view bytes,
                                          absl::string_view name,
                                          absl::string_view source,

@@ -94,6 +94,15 @@ TEST(Keyframes, WithoutTimesHaveTheGivenRateOrTheDefault) {
   EXPECT_THAT(given->warnings, IsEmpty());
 }
 
+TEST(Keyframes, RefuseUnitsAndAxesThatMuJoCoHasNot) {
+  const std::string keys =
+      "<key qpos='0 0 1 1 0 0 0 0 0 0'/><key qpos='0 0 1 1 0 0 0 0 0 0'/>";
+  EXPECT_THAT(Parse(File(keys), {.metres_per_unit = 0.01}).status().message(),
+              HasSubstr("metres_per_unit: expected 1"));
+  EXPECT_THAT(Parse(File(keys), {.up_axis = 'y'}).status().message(),
+              HasSubstr("up_axis: expected z"));
+}
+
 TEST(Keyframes, OfMarkersAreNamedAfterTheModelsMocapBodies) {
   const auto clip = ParseMarkerKeyframes(
       File("<key mpos='1 2 3 4 5 6'/><key mpos='1 2 3 4 5 7'/>"), "jump",

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "common/stop.h"
 #include "sim/import/retarget/body_map.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/foot_lock.h"
@@ -41,13 +42,22 @@ struct PoseFitOptions {
   double self = 8;
   // Gauss-Newton steps.
   int iterations = 4;
+  // Longer clips are fitted in windows of so many frames, each for itself; the
+  // next one begins so many frames before the end of the last, and over these
+  // what the one changes goes over into what the other does. Precondition:
+  // 1 <= overlap, 2 * overlap < window.
+  int window = 3000;
+  int overlap = 60;
+  // On a request to stop what is left is not fitted.
+  StopToken stop = {};
 };
 
 // Fits poses to the scaled source over a whole clip: the ends of limbs, joints
 // and rotations are where the source has them, feet that stand do not move and
 // lie on the floor, nothing sinks into the floor or into the body, hinges keep
 // their limits; what that changes is smooth over time. Gauss-Newton on the
-// terms above with MuJoCo's Jacobians and a block-banded solve.
+// terms above with MuJoCo's Jacobians and a block-banded solve. Memory beside
+// the motions is that of one window, 55 kB a frame of a humanoid.
 //
 // `motion` (on the floor) is where it starts and what `wanted` and `locks` were
 // made from. Hinges end within their limits.

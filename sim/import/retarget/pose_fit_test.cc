@@ -4,10 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "common/stop.h"
 #include "sim/import/maps/draft_map.h"
 #include "sim/import/retarget/ground.h"
 #include "sim/import/retarget/normal_equations.h"
@@ -58,16 +60,17 @@ TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
   PoseFitOptions options;
   // Heavy enough to be seen beside the points.
   options.rotation = options.limb_rotation = 4;
-  const PoseTerms terms(track_, map_, wanted_, locks, motion_, dynamics_.get(),
-                        options);
+  const PoseTerms terms(track_, map_, wanted_, locks, motion_,
+                        {.begin = 0, .frames = motion_.frames()},
+                        dynamics_.get(), options);
   const ModelMotion at = Shaken();
   const int nv = model_.model->nv;
   const auto cost = [&](const ModelMotion& motion) {
     NormalEquations equations(motion.frames(), nv, /*ring=*/false);
-    return terms.Linearise(motion, 0, &equations);
+    return terms.Linearise(motion.qpos, 0, &equations);
   };
   NormalEquations equations(at.frames(), nv, /*ring=*/false);
-  terms.Linearise(at, 0, &equations);
+  terms.Linearise(at.qpos, 0, &equations);
   constexpr double kStep = 1e-6;
   for (const int t : {0, 17, at.frames() - 1}) {
     for (int i = 0; i < nv; i += 3) {
@@ -82,6 +85,75 @@ TEST_F(PoseFitTest, SlopesAgreeWithFiniteDifferences) {
           << t << " " << i;
     }
   }
+}
+
+// Largest differences of hinges and root place, rad and m.
+double Apart(const ModelMotion& a, const ModelMotion& b) {
+  double apart = 0;
+  for (int t = 0; t < a.frames(); ++t) {
+    apart = std::max(apart, (a.qpos[t] - b.qpos[t]).cwiseAbs().maxCoeff());
+  }
+  return apart;
+}
+
+// The largest second difference that a fit has changed a motion by.
+double Kink(const ModelMotion& before, const ModelMotion& after, bool around) {
+  const int frames = before.frames();
+  const auto change = [&](int t) -> VectorXd {
+    const int at = (t + frames) % frames;
+    return (after.qpos[at] - before.qpos[at])
+        .tail(after.qpos[at].size() - 7);  // hinges
+  };
+  double kink = 0;
+  for (int t = around ? 0 : 1; t < frames - (around ? 0 : 1); ++t) {
+    const VectorXd bend = change(t - 1) - 2 * change(t) + change(t + 1);
+    kink = std::max(kink, bend.cwiseAbs().maxCoeff());
+  }
+  return kink;
+}
+
+class PoseFitWindows : public PoseFitTest,
+                       public ::testing::WithParamInterface<bool> {};
+
+TEST_P(PoseFitWindows, GiveWhatTheWholeGives) {
+  motion_.loops = GetParam();
+  motion_.cycle = {};
+  const auto locks = FindLocks(supported_, motion_, dynamics_.get());
+  const ModelMotion shaken = Shaken();
+  PoseFitOptions options;
+  const ModelMotion whole =
+      FitPoses(track_, map_, wanted_, locks, shaken, dynamics_.get(), options);
+  options.window = 25;
+  options.overlap = 8;
+  ASSERT_GT(shaken.frames(), 2 * options.window);
+
+  const ModelMotion parts =
+      FitPoses(track_, map_, wanted_, locks, shaken, dynamics_.get(), options);
+
+  // What is changed is of the order of 0.02 rad and 0.01 m.
+  EXPECT_GT(Apart(whole, shaken), 0.01);
+  EXPECT_LT(Apart(whole, parts), 0.004);
+  EXPECT_LT(Kink(shaken, parts, GetParam()),
+            1.2 * Kink(shaken, whole, GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(LinesAndLoops, PoseFitWindows, ::testing::Bool(),
+                         [](const auto& info) {
+                           return info.param ? "loop" : "line";
+                         });
+
+TEST_F(PoseFitTest, ChangesNothingOnceItIsToStop) {
+  StopSource source;
+  source.request_stop();
+  PoseFitOptions options;
+  options.stop = source.get_token();
+  const ModelMotion shaken = Shaken();
+
+  const ModelMotion stopped = FitPoses(
+      track_, map_, wanted_, FindLocks(supported_, motion_, dynamics_.get()),
+      shaken, dynamics_.get(), options);
+
+  EXPECT_LT(Apart(stopped, shaken), 1e-12);
 }
 
 TEST_F(PoseFitTest, HandsAreWantedWhereTheSourceHasThemAsFarAsArmsReach) {

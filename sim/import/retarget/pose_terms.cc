@@ -25,16 +25,21 @@ bool EndsALimb(const std::string& role) {
 
 }  // namespace
 
+bool GoesAround(const ModelMotion& motion) {
+  return motion.loops && motion.cycle.yaw == 0;
+}
+
 PoseTerms::PoseTerms(const RoleTrack& track, const BodyMap& map,
                      const ScaledSource& wanted,
                      const std::vector<std::vector<Lock>>& locks,
-                     const ModelMotion& original, Dynamics* dynamics,
-                     const PoseFitOptions& options)
+                     const ModelMotion& original, const PoseWindow& window,
+                     Dynamics* dynamics, const PoseFitOptions& options)
     : track_(track),
       map_(map),
       wanted_(wanted),
       locks_(locks),
       original_(original),
+      window_(window),
       dynamics_(dynamics),
       options_(options),
       self_contacts_(dynamics->import_model()),
@@ -147,7 +152,7 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
                                 NormalEquations* equations) const {
   const int n = static_cast<int>(change.size());
   const VectorXd square = change_weights_.cwiseAbs2();
-  const bool around = original_.loops && original_.cycle.yaw == 0 && n > 2;
+  const bool around = GoesAround(original_) && n == original_.frames() && n > 2;
   double cost = 0;
   for (int t = around ? 0 : 1; t < n - (around ? 0 : 1); ++t) {
     const int frames[3] = {t - 1, t, t + 1};
@@ -174,20 +179,21 @@ double PoseTerms::AddSmoothness(const std::vector<VectorXd>& change,
   return cost;
 }
 
-double PoseTerms::Linearise(const ModelMotion& motion, double damping,
+double PoseTerms::Linearise(const std::vector<VectorXd>& qpos, double damping,
                             NormalEquations* equations) const {
   std::vector<VectorXd> change;
   double cost = 0;
-  for (int t = 0; t < motion.frames(); ++t) {
+  for (int i = 0; i < window_.frames; ++i) {
+    const int t = At(i);
     change.push_back(
-        Displacement(dynamics_->model(), original_.qpos[t], motion.qpos[t]));
-    dynamics_->SetPose(motion.qpos[t]);
-    Frame frame{equations->Block(t, t), equations->Gradient(t)};
+        Displacement(dynamics_->model(), original_.qpos[t], qpos[i]));
+    dynamics_->SetPose(qpos[i]);
+    Frame frame{equations->Block(i, i), equations->Gradient(i)};
     AddPoints(t, &frame);
     AddRotations(t, &frame);
     AddSoles(t, &frame);
     AddSelf(&frame);
-    AddHinges(motion.qpos[t], change[t], &frame);
+    AddHinges(qpos[i], change[i], &frame);
     frame.matrix.diagonal().array() += damping;
     cost += frame.cost;
   }

@@ -15,8 +15,19 @@
 
 namespace sinew::import {
 
-// The least-squares problem behind FitPoses; coordinates are the tangent of
-// qpos.
+// Frames [begin, begin + frames) of a motion; of one that loops they may go on
+// over its seam.
+struct PoseWindow {
+  int begin = 0;
+  int frames = 0;
+};
+
+// Whether what a fit changes goes on over the seam of a motion: it loops
+// without turning.
+bool GoesAround(const ModelMotion& motion);
+
+// The least-squares problem behind FitPoses, of a window's frames; coordinates
+// are the tangent of qpos.
 //
 // Thread-safety: one thread. Ownership: borrows all arguments.
 class PoseTerms {
@@ -24,13 +35,19 @@ class PoseTerms {
   PoseTerms(const RoleTrack& track, const BodyMap& map,
             const ScaledSource& wanted,
             const std::vector<std::vector<Lock>>& locks,
-            const ModelMotion& original, Dynamics* dynamics,
-            const PoseFitOptions& options);
+            const ModelMotion& original, const PoseWindow& window,
+            Dynamics* dynamics, const PoseFitOptions& options);
 
-  // Adds the normal equations around `motion`, damped, to `equations`: on a
-  // line, a frame [nv] each. Returns the cost, the sum of squares.
-  double Linearise(const ModelMotion& motion, double damping,
+  // Adds the normal equations around the window's poses `qpos`, damped, to
+  // `equations`: on a line, a frame [nv] each. Returns the cost, the sum of
+  // squares.
+  double Linearise(const std::vector<Eigen::VectorXd>& qpos, double damping,
                    NormalEquations* equations) const;
+
+  // The motion's frame that a frame of the window is.
+  int At(int frame) const {
+    return (window_.begin + frame) % original_.frames();
+  }
 
  private:
   // One frame's normal equations in the making.
@@ -44,6 +61,7 @@ class PoseTerms {
     void AddScalar(int coordinate, double r, double weight);
   };
 
+  // `t` is the motion's frame.
   void AddPoints(int t, Frame* frame) const;
   void AddRotations(int t, Frame* frame) const;
   void AddSoles(int t, Frame* frame) const;
@@ -58,6 +76,7 @@ class PoseTerms {
   const ScaledSource& wanted_;
   const std::vector<std::vector<Lock>>& locks_;
   const ModelMotion& original_;
+  const PoseWindow window_;
   Dynamics* const dynamics_;
   const PoseFitOptions options_;
   const SelfContacts self_contacts_;

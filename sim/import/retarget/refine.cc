@@ -39,6 +39,7 @@ ModelMotion Minimise(RefineTerms* terms, ModelMotion start,
   int stalled = 0;
   bool converged = false;
   for (int i = 0; i < options.iterations && !converged; ++i) {
+    if (options.stop.stop_requested()) break;
     terms->Linearise(state, &equations);
     bool accepted = false;
     while (!accepted && damping < kMostDamping) {
@@ -130,6 +131,7 @@ ModelMotion RefineMotion(Dynamics* dynamics,
     motion = Minimise(&terms, original, options);
   } else {
     for (const Window& window : windows) {
+      if (options.stop.stop_requested()) break;
       const ModelMotion part = Cut(original, window);
       std::vector<std::vector<bool>> bears;
       for (int t = window.begin; t < window.end; ++t) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "common/stop.h"
 #include "sim/import/retarget/contact_fit.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/model_motion.h"
@@ -45,6 +46,8 @@ struct RefineOptions {
   // of a window is wrong. Precondition: 2 * overlap + 2 < window.
   int window = 600;
   int overlap = 60;
+  // On a request to stop what is left is not refined.
+  StopToken stop = {};
 };
 
 // Changes a motion as little as it takes to make it physical: Gauss-Newton over

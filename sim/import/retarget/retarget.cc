@@ -64,11 +64,14 @@ absl::StatusOr<v1::SkeletonMap> ChooseMap(const SourceClip& clip,
 // From joint angles to poses on the floor: limbs where the source has them,
 // then the floor under them, then feet that stay. Returns the support.
 std::vector<bool> PlacePoses(const RoleTrack& track, const BodyMap& map,
-                             Dynamics* dynamics, Retargeted* result) {
+                             const StopToken& stop, Dynamics* dynamics,
+                             Retargeted* result) {
   ModelMotion& motion = result->motion;
   ScaledSource& scaled = result->source_joints;
   scaled = ScaleSource(track, map, motion, dynamics);
-  PoseFitOptions in_the_air;  // the floor is not yet known
+  PoseFitOptions on_the_floor;
+  on_the_floor.stop = stop;
+  PoseFitOptions in_the_air = on_the_floor;  // the floor is not yet known
   in_the_air.penetration = 0;
   in_the_air.iterations = 3;
   const std::vector<std::vector<Lock>> no_locks(motion.frames());
@@ -80,7 +83,7 @@ std::vector<bool> PlacePoses(const RoleTrack& track, const BodyMap& map,
     for (Vector3d& place : scaled[t]) place += moved;
   }
   motion = FitPoses(track, map, scaled, FindLocks(supported, motion, dynamics),
-                    motion, dynamics);
+                    motion, dynamics, on_the_floor);
   return supported;
 }
 
@@ -91,6 +94,7 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
                                         const RetargetOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
   SINEW_RETURN_IF_ERROR(CheckModel(model));
+  SINEW_RETURN_IF_ERROR(CheckFrames(source.name, source.duration(), options));
   Retargeted result;
   result.warnings = source.warnings;
   SINEW_ASSIGN_OR_RETURN(const v1::SkeletonMap roles,
@@ -111,8 +115,9 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   result.source_parents = track.parent;
   Dynamics dynamics(model);
   const std::vector<bool> supported =
-      PlacePoses(track, map, &dynamics, &result);
-  Settle(options, supported, &dynamics, &result);
+      PlacePoses(track, map, options.stop, &dynamics, &result);
+  SINEW_RETURN_IF_ERROR(CheckStop(options));
+  SINEW_RETURN_IF_ERROR(Settle(options, supported, &dynamics, &result));
   v1::ClipQuality& quality = result.quality;
   const JointFitError fit =
       MeasureJointFit(track, map, *model.model, result.motion);

@@ -205,6 +205,31 @@ TEST_P(RetargetTest, ACharacterWithoutKneesIsRefused) {
                        HasSubstr("hinges whose semantic is left_knee")));
 }
 
+TEST_P(RetargetTest, RefusesMoreFramesThanAreBounded) {
+  RobotClip crouch = Crouch(0);
+  crouch.poses.back().time = 14400;  // allowed of a file
+  options_.rate = 31;
+  EXPECT_THAT(FitRobotClip(model_, crouch, options_),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("crouch: expected at most 432000 frames, "
+                                 "found 446400: 14400 s at 31 frames")));
+  SourceClip made = MadeClip({});
+  made.poses.back().time = 14400;
+  EXPECT_THAT(RetargetClip(model_, made, options_),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("made: expected at most 432000 frames")));
+}
+
+TEST_P(RetargetTest, StopsWhenItIsTold) {
+  StopSource source;
+  source.request_stop();
+  options_.stop = source.get_token();
+  EXPECT_THAT(RetargetClip(model_, MadeClip({}), options_),
+              StatusIs(absl::StatusCode::kCancelled, HasSubstr("stopped")));
+  EXPECT_THAT(FitRobotClip(model_, Crouch(0), options_),
+              StatusIs(absl::StatusCode::kCancelled, HasSubstr("stopped")));
+}
+
 TEST_P(RetargetTest, AMapThatDoesNotFitIsRefusedByName) {
   v1::SkeletonMap map = *DraftSkeletonMap(MadeClip({}).skeleton, "mine");
   for (v1::JointRole& joint : *map.mutable_joints()) {

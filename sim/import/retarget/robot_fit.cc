@@ -150,6 +150,7 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
                                         const RetargetOptions& options) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
   SINEW_RETURN_IF_ERROR(CheckModel(model));
+  SINEW_RETURN_IF_ERROR(CheckFrames(clip.name, clip.duration(), options));
   const Columns columns = MatchColumns(model, clip);
   SINEW_RETURN_IF_ERROR(CheckColumns(model, clip, columns));
   const SourceTrack track = MakeTrack(AsBalls(clip), options.rate);
@@ -167,7 +168,7 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   if (IsOffTheFloor(&dynamics, supported, motion)) {
     supported = PlaceOnFloor(&dynamics, &motion);
   }
-  Settle(options, supported, &dynamics, &result);
+  SINEW_RETURN_IF_ERROR(Settle(options, supported, &dynamics, &result));
   result.quality.set_joint_limit_violation_share(beyond);
   return result;
 }

@@ -1,6 +1,10 @@
 #include "sim/import/retarget/settle.h"
 
+#include <cmath>
+
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "common/status_macros.h"
 #include "sim/import/retarget/ground.h"
 #include "sim/import/retarget/refine.h"
 
@@ -23,18 +27,39 @@ absl::Status CheckModel(const ImportModel& model) {
       "character: expected feet to stand on, found none");
 }
 
-void Settle(const RetargetOptions& options, const std::vector<bool>& supported,
-            Dynamics* dynamics, Retargeted* result) {
+absl::Status CheckFrames(const std::string& name, double seconds,
+                         const RetargetOptions& options) {
+  const double frames = std::round(seconds * options.rate);
+  if (frames <= kMaxFrames) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrFormat(
+      "%s: expected at most %d frames, found %.0f: %g s at %g frames per "
+      "second",
+      name, kMaxFrames, frames, seconds, options.rate));
+}
+
+absl::Status CheckStop(const RetargetOptions& options) {
+  if (!options.stop.stop_requested()) return absl::OkStatus();
+  return absl::CancelledError("retargeting was stopped");
+}
+
+absl::Status Settle(const RetargetOptions& options,
+                    const std::vector<bool>& supported, Dynamics* dynamics,
+                    Retargeted* result) {
   ModelMotion& motion = result->motion;
   if (options.refine) {
-    motion = RefineMotion(
-        dynamics, FindBearingPoints(dynamics, supported, motion), motion);
+    RefineOptions refine;
+    refine.stop = options.stop;
+    motion =
+        RefineMotion(dynamics, FindBearingPoints(dynamics, supported, motion),
+                     motion, refine);
   }
+  SINEW_RETURN_IF_ERROR(CheckStop(options));
   result->frames = AnalyseMotion(dynamics, motion);
   double carried = 0;
   for (const bool flag : supported) carried += flag;
   result->supported_share = carried / motion.frames();
   result->quality = MeasureQuality(dynamics, motion, result->frames);
+  return CheckStop(options);
 }
 
 }  // namespace sinew::import

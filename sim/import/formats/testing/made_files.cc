@@ -65,28 +65,29 @@ struct BvhLine {
   const char* rotation;  // in every frame, z y x
 };
 
-// The legs turn half about so as to hang from a spine that goes up.
+// Standing: x goes up the trunk, y forward and z to the left; legs hang by half
+// a turn about y, arms by half a turn about z.
 constexpr BvhLine kLafan[] = {
     {"Hips", -1, "-211.1 90.1 -345.2", "90 0 0"},
-    {"LeftUpLeg", 0, "0.1 1.9 10.5", "180 0 0"},
+    {"LeftUpLeg", 0, "0.1 1.9 10.5", "0 180 0"},
     {"LeftLeg", 1, "43.5 0 0", "0 0 0"},
-    {"LeftFoot", 2, "42.4 0 0", "90 0 0"},
-    {"LeftToe", 3, "17.3 0 0", "0 0 0"},
-    {"RightUpLeg", 0, "0.1 1.9 -10.5", "180 0 0"},
+    {"LeftFoot", 2, "42.4 0 0", "70 0 0"},
+    {"LeftToe", 3, "17.3 0 0", "20 0 0"},
+    {"RightUpLeg", 0, "0.1 1.9 -10.5", "0 180 0"},
     {"RightLeg", 5, "43.5 0 0", "0 0 0"},
-    {"RightFoot", 6, "42.4 0 0", "90 0 0"},
-    {"RightToe", 7, "17.3 0 0", "0 0 0"},
+    {"RightFoot", 6, "42.4 0 0", "70 0 0"},
+    {"RightToe", 7, "17.3 0 0", "20 0 0"},
     {"Spine", 0, "6.9 -2.6 0", "0 0 0"},
     {"Spine1", 9, "12.6 0 0", "0 0 0"},
     {"Spine2", 10, "12.3 0 0", "0 0 0"},
     {"Neck", 11, "25.8 0 0", "0 0 0"},
     {"Head", 12, "11.8 0 0", "0 0 0"},
     {"LeftShoulder", 11, "19.7 -1.5 6", "0 0 0"},
-    {"LeftArm", 14, "11.3 0 0", "0 0 0"},
+    {"LeftArm", 14, "11.3 0 0", "180 0 0"},
     {"LeftForeArm", 15, "33 0 0", "0 0 0"},
     {"LeftHand", 16, "25.2 0 0", "0 0 0"},
     {"RightShoulder", 11, "19.7 -1.5 -6", "0 0 0"},
-    {"RightArm", 18, "11.3 0 0", "0 0 0"},
+    {"RightArm", 18, "11.3 0 0", "180 0 0"},
     {"RightForeArm", 19, "33 0 0", "0 0 0"},
     {"RightHand", 20, "25.2 0 0", "0 0 0"},
 };
