@@ -15,6 +15,7 @@
 #include "sim/import/import_job.h"
 #include "sim/import/library_writer.h"
 #include "sim/import/parallel.h"
+#include "sim/motion/library_check.h"
 
 namespace sinew::import {
 namespace {
