@@ -262,6 +262,16 @@ TEST(Curriculum, RefusesALibraryWithNothingToTrainOn) {
                        HasSubstr("a digest for each of 2 clips, found 1")));
 }
 
+TEST(Curriculum, RefusesAClipWithoutAStep) {
+  v1::MotionLibrary library = MakeLibrary();
+  library.mutable_clips(1)->set_num_frames(1);
+  library.mutable_clips(1)->set_loops(false);
+
+  EXPECT_THAT(Curriculum::Create(v1::Start(), library),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected >= 2 frames, found 1")));
+}
+
 TEST(Curriculum, RefusesALibraryWithoutClips) {
   EXPECT_THAT(Curriculum::Create(v1::Start(), v1::MotionLibrary()),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -185,6 +185,11 @@ TEST(Library, RefusesWrongShapesNamesAndSizes) {
                        HasSubstr("clip \"arc\" num_frames: expected at least "
                                  "2, found 0")));
   sample = MakeSample();
+  sample.manifest.clear_clips();
+  EXPECT_THAT(save(sample),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("clips: expected some, found none")));
+  sample = MakeSample();
   sample.manifest.set_frames_per_second(-30);
   EXPECT_THAT(save(sample),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -32,6 +32,11 @@ std::string Evaluations(const Json& clip) {
                          clip["mean_error_mm"].get<double>());
 }
 
+std::string TrackingError(const Json& row) {
+  const Json& error = row["tracking_error_mm"];
+  return error.is_null() ? "-" : absl::StrFormat("%.0f", error.get<double>());
+}
+
 std::string LastSeen(const Json& row) {
   const auto iteration = row["last_seen"].get<int64_t>();
   return iteration < 0 ? "never" : absl::StrCat(iteration);
@@ -72,31 +77,33 @@ void AddSummary(const RunCurriculum& curriculum, const Json& json,
 
 void AddClips(const Json& clips, std::string& text) {
   const int width = NameWidth(clips, "name");
-  absl::StrAppendFormat(
-      &text, "\nhardest clips\n%-*s %7s %7s %8s %7s %9s  %s\n", width, "clip",
-      "starts", "failed", "rate", "share", "last seen", "evaluations");
+  absl::StrAppendFormat(&text,
+                        "\nhardest clips\n%-*s %7s %7s %8s %7s %6s %9s  %s\n",
+                        width, "clip", "starts", "failed", "rate", "share",
+                        "mm", "last seen", "evaluations");
   for (const Json& clip : clips) {
     absl::StrAppendFormat(
-        &text, "%-*s %7d %7d %6.1f %% %5.1f %% %9s  %s\n", width,
+        &text, "%-*s %7d %7d %6.1f %% %5.1f %% %6s %9s  %s\n", width,
         clip["name"].get_ref<const std::string&>(),
         clip["visits"].get<int64_t>(), clip["failures"].get<int64_t>(),
         Percent(clip["failure_rate"]), Percent(clip["probability"]),
-        LastSeen(clip), Evaluations(clip));
+        TrackingError(clip), LastSeen(clip), Evaluations(clip));
   }
 }
 
 void AddBins(const Json& bins, std::string& text) {
   const int width = NameWidth(bins, "clip");
-  absl::StrAppendFormat(
-      &text, "\nhardest bins\n%-*s %13s %7s %7s %8s %7s %9s\n", width, "clip",
-      "seconds", "starts", "failed", "rate", "share", "last seen");
+  absl::StrAppendFormat(&text,
+                        "\nhardest bins\n%-*s %13s %7s %7s %8s %7s %6s %9s\n",
+                        width, "clip", "seconds", "starts", "failed", "rate",
+                        "share", "mm", "last seen");
   for (const Json& bin : bins) {
     absl::StrAppendFormat(
-        &text, "%-*s %5.1f - %5.1f %7d %7d %6.1f %% %5.1f %% %9s\n", width,
+        &text, "%-*s %5.1f - %5.1f %7d %7d %6.1f %% %5.1f %% %6s %9s\n", width,
         bin["clip"].get_ref<const std::string&>(), bin["from_s"].get<double>(),
         bin["to_s"].get<double>(), bin["visits"].get<int64_t>(),
         bin["failures"].get<int64_t>(), Percent(bin["failure_rate"]),
-        Percent(bin["probability"]), LastSeen(bin));
+        Percent(bin["probability"]), TrackingError(bin), LastSeen(bin));
   }
 }
 

@@ -70,6 +70,31 @@ std::string ClipName(const v1::CurriculumTable& table, int clip) {
                                    : absl::StrCat("clip ", clip);
 }
 
+// Running mean over episodes, of their mean body distance, mm; null without
+// any.
+Json TrackingError(double sum_m, int64_t episodes) {
+  return episodes > 0 ? Json(1e3 * sum_m / static_cast<double>(episodes))
+                      : Json();
+}
+
+// Of the episodes that began in a clip, by clip; every bin's mean counts as
+// often as episodes began there.
+std::vector<Json> TrackingErrors(const v1::CurriculumTable& table,
+                                 size_t clips) {
+  std::vector<double> sums(clips);
+  std::vector<int64_t> episodes(clips);
+  for (const v1::CurriculumTable::Bin& bin : table.bins()) {
+    sums[bin.clip()] +=
+        static_cast<double>(bin.visits()) * bin.mean_body_distance();
+    episodes[bin.clip()] += bin.visits();
+  }
+  std::vector<Json> errors;
+  for (size_t c = 0; c < clips; ++c) {
+    errors.push_back(TrackingError(sums[c], episodes[c]));
+  }
+  return errors;
+}
+
 void AddEvaluations(const v1::CurriculumTable& table, int clip, Json& json) {
   const v1::CurriculumTable::Clip evaluated = clip < table.clips_size()
                                                   ? table.clips(clip)
@@ -84,13 +109,15 @@ void AddEvaluations(const v1::CurriculumTable& table, int clip, Json& json) {
 
 Json ClipsJson(const v1::CurriculumTable& table, int hardest) {
   const auto statistics = learner::StatisticsByClip(table);
+  const std::vector<Json> errors = TrackingErrors(table, statistics.size());
   Json clips = Json::array();
   for (const int c : learner::HardestClips(table, hardest)) {
     const learner::ClipStatistics& clip = statistics[c];
     Json json = {
         {"name", ClipName(table, c)},      {"visits", clip.visits},
         {"failures", clip.failures},       {"failure_rate", clip.failure_rate},
-        {"probability", clip.probability}, {"last_seen", clip.last_seen}};
+        {"probability", clip.probability}, {"tracking_error_mm", errors[c]},
+        {"last_seen", clip.last_seen}};
     AddEvaluations(table, c, json);
     clips.push_back(std::move(json));
   }
@@ -101,16 +128,20 @@ Json BinsJson(const v1::CurriculumTable& table, double rate, int hardest) {
   Json bins = Json::array();
   for (const int b : learner::HardestBins(table, hardest)) {
     const v1::CurriculumTable::Bin& bin = table.bins(b);
-    bins.push_back({{"clip", ClipName(table, bin.clip())},
-                    {"from_s", bin.first_frame() / rate},
-                    {"to_s", (bin.first_frame() + bin.num_frames()) / rate},
-                    {"visits", bin.visits()},
-                    {"failures", bin.failures()},
-                    {"recent_passages", bin.recent_passages()},
-                    {"recent_failures", bin.recent_failures()},
-                    {"failure_rate", learner::RecentFailureRate(bin)},
-                    {"probability", bin.probability()},
-                    {"last_seen", bin.last_seen()}});
+    bins.push_back(
+        {{"clip", ClipName(table, bin.clip())},
+         {"from_s", bin.first_frame() / rate},
+         {"to_s", (bin.first_frame() + bin.num_frames()) / rate},
+         {"visits", bin.visits()},
+         {"failures", bin.failures()},
+         {"recent_passages", bin.recent_passages()},
+         {"recent_failures", bin.recent_failures()},
+         {"failure_rate", learner::RecentFailureRate(bin)},
+         {"probability", bin.probability()},
+         {"tracking_error_mm", TrackingError(static_cast<double>(bin.visits()) *
+                                                 bin.mean_body_distance(),
+                                             bin.visits())},
+         {"last_seen", bin.last_seen()}});
   }
   return bins;
 }

@@ -63,6 +63,7 @@ class CurriculumCommand : public ::testing::Test {
       bin.set_visits(10 + b);
       bin.set_failures(b);
       bin.set_last_seen(b == 0 ? -1 : 7);
+      bin.set_mean_body_distance(0.01 * (b + 1));
       bin.set_recent_passages(8);
       bin.set_recent_failures(4 * b);  // rates 0.1, 0.5, 0.9
     }
@@ -132,6 +133,10 @@ TEST_F(CurriculumCommand, ShowsTheTableOfTheNewestState) {
   EXPECT_EQ(json["clips"][0]["failed_evaluations"], 3);
   EXPECT_EQ(json["clips"][1]["visits"], 21);
   EXPECT_EQ(json["clips"][1]["last_seen"], 7);
+  // 10 episodes at 10 mm and 11 at 20.
+  EXPECT_NEAR(json["clips"][1]["tracking_error_mm"].get<double>(), 320. / 21,
+              1e-9);
+  EXPECT_NEAR(json["bins"][1]["tracking_error_mm"].get<double>(), 20, 1e-9);
   ASSERT_EQ(json["bins"].size(), 3u);
   EXPECT_EQ(json["bins"][1]["clip"], "walk");
   EXPECT_EQ(json["bins"][1]["from_s"], 1.0);

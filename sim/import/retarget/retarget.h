@@ -61,7 +61,8 @@ struct Retargeted {
 // 4 kB a frame, and 170 MB for what is fitted at a time. Errors:
 // INVALID_ARGUMENT naming the map and what was expected of it, or what of the
 // character does not fit (no hips, knees or ankles); RESOURCE_EXHAUSTED: more
-// than kMaxFrames; CANCELLED: stopped, within seconds.
+// than kMaxFrames; CANCELLED: stopped, after the step that was
+// running: seconds for clips of minutes.
 absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
                                         const SourceClip& clip,
                                         const RetargetOptions& options);

@@ -197,6 +197,8 @@ const HARDEST = [
   {name: "failed", show: (c) => short(c.failures)},
   {name: "failure rate", show: (c) => percent(c.failure_rate, 1)},
   {name: "share of starts", show: (c) => percent(c.probability, 1)},
+  {name: "tracking error", show: (c) =>
+    isNumber(c.tracking_error_mm) ? `${short(c.tracking_error_mm)} mm` : "–"},
   {name: "evaluations failed", show: (c) => of(c.failed_evaluations, c.evaluations)},
   {name: "latest", show: (c) => c.failed_latest === null ? "–" :
     h("span", {class: c.failed_latest ? "no" : "yes"},
