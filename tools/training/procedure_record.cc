@@ -28,6 +28,12 @@ Json FinishedJson(const learner::FinishedStage& finished) {
           {"failed", finished.failed}};
 }
 
+Json RecoveredJson(const ProcedureRecord::Recovered& recovered) {
+  return {{"starts", recovered.starts},
+          {"within_3_s", recovered.within_3_s},
+          {"within_5_s", recovered.within_5_s}};
+}
+
 Json EvidenceJson(const learner::Evidence& evidence) {
   return {{"clips", evidence.clips},
           {"hard", evidence.hard},
@@ -46,6 +52,9 @@ Json EntryJson(const ProcedureRecord::Entry& entry) {
                {"primitives", stage.primitives},
                {"evidence", EvidenceJson(entry.decision.evidence)}};
   if (entry.finished) json["finished"] = FinishedJson(*entry.finished);
+  if (entry.finished && entry.recovered) {
+    json["finished"]["recovered"] = RecoveredJson(*entry.recovered);
+  }
   return json;
 }
 
@@ -86,6 +95,12 @@ learner::FinishedStage FinishedOf(const Json& json, learner::Stage stage) {
   return finished;
 }
 
+ProcedureRecord::Recovered RecoveredOf(const Json& json) {
+  return {.starts = json.at("starts").get<int>(),
+          .within_3_s = json.at("within_3_s").get<double>(),
+          .within_5_s = json.at("within_5_s").get<double>()};
+}
+
 learner::Evidence EvidenceOf(const Json& json) {
   return {.clips = json.at("clips").get<int>(),
           .hard = json.at("hard").get<std::vector<std::string>>(),
@@ -102,7 +117,11 @@ absl::StatusOr<ProcedureRecord::Entry> EntryOf(const Json& json,
   entry.decision.reason = std::move(reason);
   entry.decision.evidence = EvidenceOf(json.at("evidence"));
   if (json.contains("finished")) {
-    entry.finished = FinishedOf(json.at("finished"), *entry.decision.next);
+    const Json& finished = json.at("finished");
+    entry.finished = FinishedOf(finished, *entry.decision.next);
+    if (finished.contains("recovered")) {
+      entry.recovered = RecoveredOf(finished.at("recovered"));
+    }
   }
   return entry;
 }

@@ -31,12 +31,23 @@ namespace sinew::tools {
 //                    and, where it has ended, finished {end: "plateau" or
 //                    "samples", iterations, samples, train_seconds,
 //                    best_share and stalled (of its plateau), failed: clips
-//                    trained on that its last weights fail}
+//                    trained on that its last weights fail; recovered {starts,
+//                    within_3_s, within_5_s}: of fallen starts, where the stage
+//                    had some}
 struct ProcedureRecord {
+  // Fallen starts, and shares of them that stand and track again in time.
+  struct Recovered {
+    int starts = 0;
+    double within_3_s = 0, within_5_s = 0;
+
+    bool operator==(const Recovered&) const = default;
+  };
   struct Entry {
     std::string directory;
     learner::Decision decision;  // .next is this stage
     std::optional<learner::FinishedStage> finished;
+    // Of a stage that has ended and started on the floor as well.
+    std::optional<Recovered> recovered = std::nullopt;
   };
 
   std::string recipe_sha256;

@@ -39,6 +39,7 @@ ProcedureRecord MakeRecord() {
                                           .best_share = 0.25,
                                           .stalled = 3,
                                           .failed = {"run", "jump"}};
+  first.recovered = {.starts = 256, .within_3_s = 0.25, .within_5_s = 0.5};
   ProcedureRecord::Entry& second = record.stages[1];
   second.directory = "stages/01_primitive_0_hard";
   second.decision.next = learner::Stage{.kind = learner::StageKind::kHard,
@@ -69,6 +70,8 @@ TEST(ProcedureRecord, IsReadBackAsItWasWritten) {
   EXPECT_EQ(found->stages[1].decision.reason, "goes on");
   EXPECT_EQ(found->end, std::nullopt);
   EXPECT_THAT(found->Finished(), SizeIs(1));
+  EXPECT_EQ(found->stages[0].recovered, record.stages[0].recovered);
+  EXPECT_EQ(found->stages[1].recovered, std::nullopt);
   EXPECT_EQ(found->Finished()[0].best_share, 0.25);
   EXPECT_EQ(found->Finished()[0].stalled, 3);
   EXPECT_EQ(found->Finished()[0].failed, record.stages[0].finished->failed);

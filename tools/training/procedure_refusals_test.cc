@@ -64,10 +64,10 @@ TEST_F(ProcedureRunTest, RefusesResultsOfClipsThatItDoesNotKnow) {
   MadeUpSteps steps;
   ProcedureSteps more = steps.Steps();
   more.evaluate = [](const auto&, const auto&, const auto&, const auto&) {
-    EvaluationSummary summary;
-    summary.clips.resize(1);
-    summary.clips[0].clip = 3;
-    return absl::StatusOr<EvaluationSummary>(summary);
+    evaluation::EvaluationFigures figures;
+    figures.policy.clips.resize(1);
+    figures.policy.clips[0].clip = 3;
+    return absl::StatusOr<evaluation::EvaluationFigures>(figures);
   };
 
   EXPECT_THAT(

@@ -92,7 +92,11 @@ class ProcedureRun {
   // False: it is to go on with the next call.
   absl::StatusOr<bool> RunStage();
   TrainingRun::Options StageOptions(int stage) const;
-  absl::StatusOr<std::vector<std::string>> FailedClips(int stage) const;
+  absl::StatusOr<evaluation::EvaluationFigures> Evaluate(
+      int stage, const v1::Recipe& recipe) const;
+  // Those trained on that it does not win.
+  absl::StatusOr<std::vector<std::string>> FailedClips(
+      const EvaluationSummary& summary) const;
   absl::Status End();
 
   const TrainingRun::Options& options_;
@@ -153,7 +157,8 @@ absl::StatusOr<bool> ProcedureRun::Decide() {
   LogInfo("stage begins", {{"stage", directory}, {"reason", decision.reason}});
   record_.stages.push_back({.directory = directory,
                             .decision = std::move(decision),
-                            .finished = {}});
+                            .finished = {},
+                            .recovered = {}});
   SINEW_RETURN_IF_ERROR(Save());
   return true;
 }
@@ -207,7 +212,20 @@ absl::StatusOr<bool> ProcedureRun::RunStage() {
   finished.train_seconds = result.train_seconds;
   finished.best_share = result.best_share;
   finished.stalled = result.stalled;
-  SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(index));
+  SINEW_ASSIGN_OR_RETURN(const evaluation::EvaluationFigures figures,
+                         Evaluate(index, options.recipe));
+  SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(figures.policy));
+  if (figures.fallen) {
+    const evaluation::FallenEvaluation& fallen = *figures.fallen;
+    record_.stages[index].recovered = {
+        .starts = fallen.starts,
+        .within_3_s = fallen.policy.recovered_3_s,
+        .within_5_s = fallen.policy.recovered_5_s};
+    LogInfo("fallen starts", {{"stage", record_.stages[index].directory},
+                              {"starts", fallen.starts},
+                              {"within_3_s", fallen.policy.recovered_3_s},
+                              {"within_5_s", fallen.policy.recovered_5_s}});
+  }
   LogInfo("stage has ended", {{"stage", record_.stages[index].directory},
                               {"samples", finished.samples},
                               {"clips", inputs_.trained_on.size()},
@@ -217,17 +235,22 @@ absl::StatusOr<bool> ProcedureRun::RunStage() {
   return true;
 }
 
-absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
-    int stage) const {
+absl::StatusOr<evaluation::EvaluationFigures> ProcedureRun::Evaluate(
+    int stage, const v1::Recipe& recipe) const {
   SINEW_RETURN_IF_ERROR(CheckSameLibrary(record_, options_.motions));
   evaluation::EvaluationOptions options;
   options.starts = options_.recipe.evaluation().starts();
   options.seconds = options_.recipe.evaluation().seconds();
   options.threads = options_.cores;
-  SINEW_ASSIGN_OR_RETURN(
-      const EvaluationSummary summary,
-      steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
-                      StagePath(stage, kEvaluation), options));
+  if (recipe.task().recovery().fallen_share() > 0) {
+    options.fallen = kProcedureFallenStarts;
+  }
+  return steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
+                         StagePath(stage, kEvaluation), options);
+}
+
+absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
+    const EvaluationSummary& summary) const {
   absl::flat_hash_set<std::string> won;
   for (const ClipSummary& clip : summary.clips) {
     if (clip.clip < 0 || clip.clip >= std::ssize(inputs_.clips)) {
@@ -276,11 +299,8 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
   steps.evaluate = [stop](const std::string& bundle, const std::string& motions,
                           const std::string& out,
                           const evaluation::EvaluationOptions& options)
-      -> absl::StatusOr<EvaluationSummary> {
-    SINEW_ASSIGN_OR_RETURN(
-        evaluation::EvaluationFigures figures,
-        evaluation::EvaluateBundle(bundle, motions, out, options, stop));
-    return std::move(figures.policy);
+      -> absl::StatusOr<evaluation::EvaluationFigures> {
+    return evaluation::EvaluateBundle(bundle, motions, out, options, stop);
   };
   return steps;
 }

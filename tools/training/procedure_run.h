@@ -23,11 +23,14 @@ struct ProcedureSteps {
       const TrainingRun::Options& options)>
       train;
   // Evaluates a bundle on a library and writes `out`.
-  std::function<absl::StatusOr<EvaluationSummary>(
+  std::function<absl::StatusOr<evaluation::EvaluationFigures>(
       const std::string& bundle, const std::string& motions,
       const std::string& out, const evaluation::EvaluationOptions& options)>
       evaluate;
 };
+
+// Fallen starts that a stage which learns to get up is evaluated from.
+inline constexpr int kProcedureFallenStarts = 256;
 
 // RunWithActors and EvaluateBundle. Borrows the clock.
 ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
@@ -40,7 +43,8 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
 //     decide it from those that have finished    -> procedure.json
 //     train it in RUN/stages/NN_NAME, from the bundle of another
 //     evaluate its bundle on the whole library   -> NN_NAME/eval.json
-//     note which clips it fails                  -> procedure.json
+//     note which clips it fails, and of a stage that starts on the floor how
+//     many of kProcedureFallenStarts get up      -> procedure.json
 //   bundle and eval.json of the stage that it came to -> RUN
 //
 // What is interrupted anywhere, by a kill too, goes on with the next call and

@@ -68,6 +68,23 @@ TEST_F(ProcedureRunTest, GivesEachStageItsRecipeAndItsFolder) {
   }
 }
 
+TEST_F(ProcedureRunTest, CountsWhoGetsUpWhereAStageStartsOnTheFloor) {
+  MadeUpSteps steps;
+  options_.recipe.mutable_task()->mutable_recovery()->set_fallen_share(0.25);
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  // Recovery and composer.
+  EXPECT_THAT(steps.fallen(), ElementsAre(0, 0, 0, 256, 256));
+  const ProcedureRecord record = Record();
+  ASSERT_THAT(record.stages, SizeIs(5));
+  EXPECT_EQ(record.stages[2].recovered, std::nullopt);
+  ASSERT_TRUE(record.stages[3].recovered.has_value());
+  EXPECT_EQ(record.stages[3].recovered->starts, 256);
+  EXPECT_EQ(record.stages[3].recovered->within_3_s, 0.25);
+  EXPECT_EQ(record.stages[4].recovered->within_5_s, 0.5);
+}
+
 TEST_F(ProcedureRunTest, GoesOnFromAStageThatEndedAtItsPlateau) {
   MadeUpSteps steps;
   steps.SetPlateauStage("00_primitive_0");

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -77,10 +78,11 @@ class MadeUpSteps {
             .evaluate =
                 [this](const auto& bundle, const auto& motions, const auto& out,
                        const auto& options) {
+                  fallen_.push_back(options.fallen.value_or(0));
                   EXPECT_TRUE(FileExists(JoinPath(motions, "manifest.json")));
                   EXPECT_EQ(options.starts, 1);
                   EXPECT_EQ(options.seconds, 0.5);
-                  return Evaluate(bundle, out);
+                  return Evaluate(bundle, out, options.fallen);
                 }};
   }
   // The stage ends at its plateau, after three iterations.
@@ -90,6 +92,8 @@ class MadeUpSteps {
   }
   StopToken token() const { return stop_.get_token(); }
   const std::vector<TrainingRun::Options>& trained() const { return trained_; }
+  // Fallen starts that each stage was evaluated from.
+  const std::vector<int>& fallen() const { return fallen_; }
 
  private:
   bool Spend() {
@@ -141,8 +145,9 @@ class MadeUpSteps {
     return result;
   }
 
-  absl::StatusOr<EvaluationSummary> Evaluate(const std::string& bundle,
-                                             const std::string& out) {
+  absl::StatusOr<evaluation::EvaluationFigures> Evaluate(
+      const std::string& bundle, const std::string& out,
+      std::optional<int> fallen) {
     if (!Spend()) return absl::CancelledError("stopped");
     // What weights are evaluated says what they win, not where they lie.
     const std::string weights =
@@ -151,14 +156,19 @@ class MadeUpSteps {
     if (!kWon.contains(stage)) {
       return absl::NotFoundError(absl::StrCat(bundle, ": no weights of a run"));
     }
-    EvaluationSummary summary;
+    evaluation::EvaluationFigures figures;
     for (int clip = 0; clip < 3; ++clip) {
-      summary.clips.emplace_back();
-      summary.clips.back().clip = clip;
-      summary.clips.back().success = kWon.at(stage).contains(clip);
+      ClipSummary& summary = figures.policy.clips.emplace_back();
+      summary.clip = clip;
+      summary.success = kWon.at(stage).contains(clip);
+    }
+    if (fallen) {
+      figures.fallen.emplace();
+      figures.fallen->starts = *fallen;
+      figures.fallen->policy = {.recovered_3_s = 0.25, .recovered_5_s = 0.5};
     }
     SINEW_RETURN_IF_ERROR(WriteFileAtomically(out, stage));
-    return summary;
+    return figures;
   }
 
   int calls_;
@@ -166,6 +176,7 @@ class MadeUpSteps {
   std::function<void()> after_train_;
   StopSource stop_;
   std::vector<TrainingRun::Options> trained_;
+  std::vector<int> fallen_;
 };
 
 // A procedure in the toy world, each run in a folder of its own.
