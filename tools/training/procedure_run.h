@@ -9,6 +9,7 @@
 #include "common/clock.h"
 #include "common/evaluation/evaluation_summary.h"
 #include "common/stop.h"
+#include "tools/evaluation/evaluate_bundle.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/training/run_with_actors.h"
 #include "tools/training/training_run.h"
