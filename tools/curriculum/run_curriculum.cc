@@ -27,12 +27,12 @@ using Json = nlohmann::ordered_json;
 constexpr int kAttempts = 3;
 
 absl::StatusOr<v1::TrainingState> ReadLatest(
-    const std::string& run, const Clock& clock,
+    const StateStore& states, const Clock& clock,
     std::vector<std::string>* warnings) {
-  SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<checkpoint::ArtifactStore> store,
-                         checkpoint::OpenStore(JoinPath(run, "checkpoints"),
-                                               checkpoint::StoreAccess::kRead,
-                                               rpc::Security(), clock));
+  SINEW_ASSIGN_OR_RETURN(
+      const std::unique_ptr<checkpoint::ArtifactStore> store,
+      checkpoint::OpenStore(states.where, checkpoint::StoreAccess::kRead,
+                            states.security, clock));
   absl::StatusOr<v1::TrainingState> state;
   for (int i = 0; i < kAttempts; ++i) {
     warnings->clear();
@@ -44,9 +44,9 @@ absl::StatusOr<v1::TrainingState> ReadLatest(
 }
 
 absl::StatusOr<v1::TrainingState> ReadState(
-    const std::string& run, const Clock& clock,
+    const std::string& run, const StateStore& states, const Clock& clock,
     std::vector<std::string>* warnings) {
-  auto state = ReadLatest(run, clock, warnings);
+  auto state = ReadLatest(states, clock, warnings);
   if (absl::IsNotFound(state.status())) {
     return absl::NotFoundError(absl::StrCat(
         run,
@@ -162,19 +162,24 @@ Json LeftOutJson(const v1::CurriculumTable& table) {
 }  // namespace
 
 absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
-                                                const Clock& clock) {
+                                                const Clock& clock,
+                                                const StateStore& states) {
   const std::string config = JoinPath(run, "config.textproto");
-  if (!FileExists(config) || !FileExists(JoinPath(run, "checkpoints"))) {
-    return absl::NotFoundError(
-        absl::StrCat(run, ": expected a run directory, found no ",
-                     FileExists(config) ? "checkpoints/" : "config.textproto"));
+  StateStore store = states;
+  if (store.where.empty()) store.where = JoinPath(run, "checkpoints");
+  const bool is_run = FileExists(config);
+  if (!is_run || (states.where.empty() && !FileExists(store.where))) {
+    return absl::NotFoundError(absl::StrCat(
+        run, ": expected a run directory, found no ",
+        is_run ? "checkpoints/ (of a learner with --checkpoint they are there)"
+               : "config.textproto"));
   }
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
   SINEW_ASSIGN_OR_RETURN(v1::Recipe recipe, ParseRecipe(text, config));
   recipe = WithDefaults(std::move(recipe));
   RunCurriculum curriculum;
   SINEW_ASSIGN_OR_RETURN(v1::TrainingState state,
-                         ReadState(run, clock, &curriculum.warnings));
+                         ReadState(run, store, clock, &curriculum.warnings));
   curriculum.run = run;
   curriculum.iteration = state.iteration();
   curriculum.samples = state.samples();

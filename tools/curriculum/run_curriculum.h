@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "common/clock.h"
+#include "common/rpc/credentials.h"
 #include "learner/curriculum/curriculum_summary.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
@@ -27,11 +28,19 @@ struct RunCurriculum {
   std::vector<std::string> warnings;
 };
 
-// Reads a run directory, also while training goes on. Blocks on the disk.
-// NOT_FOUND: it is no run directory, or holds no training state yet;
-// INVALID_ARGUMENT: its recipe; DATA_LOSS: all its states are damaged.
+// Where the training states of a run are.
+struct StateStore {
+  std::string where;  // as in checkpoint::OpenStore; empty: RUN/checkpoints
+  rpc::Security security;
+};
+
+// Reads a run directory, also while training goes on. Blocks on the disk, or
+// until the store answers. NOT_FOUND: it is no run directory, or there is no
+// training state yet; INVALID_ARGUMENT: its recipe; DATA_LOSS: all its states
+// are damaged; those of the store.
 absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
-                                                const Clock& clock);
+                                                const Clock& clock,
+                                                const StateStore& states = {});
 
 // As JSON:
 //
@@ -41,12 +50,15 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
 //             hardest_share, hardest_failure_rate, evaluated_clips, hard_clips,
 //             worst_success
 //   clips     the `hardest` ones that starts are drawn from, hardest first:
-//             name, visits, failures, failure_rate, probability, last_seen,
-//             evaluations, failed_evaluations, failed_latest, succeeded_share,
-//             mean_error_mm (the last three null: never evaluated)
+//             name, visits, failures, failure_rate, probability,
+//             tracking_error_mm (running mean over the episodes that began
+//             there, of each one's mean body distance; null: none did),
+//             last_seen, evaluations, failed_evaluations, failed_latest,
+//             succeeded_share, mean_error_mm (the last three null: never
+//             evaluated)
 //   bins      the `hardest` ones: clip, from_s, to_s, visits, failures,
 //             recent_passages, recent_failures, failure_rate, probability,
-//             last_seen
+//             tracking_error_mm, last_seen
 //   left_out  evaluated clips that are left out: name, evaluations,
 //             failed_evaluations, failed_latest, succeeded_share,
 //             mean_error_mm

@@ -8,6 +8,7 @@
 #include "common/clock.h"
 #include "common/status_macros.h"
 #include "tools/curriculum/run_curriculum.h"
+#include "tools/sinew/security_flags.h"
 #include "tools/training/shown_folder.h"
 
 namespace sinew::tools {
@@ -17,14 +18,17 @@ struct CurriculumOptions {
   std::string run;
   int hardest = 10;
   bool json = false;
+  StateStore states;
 };
 
 absl::Status RunCurriculumCommand(const CurriculumOptions& options,
                                   const StopToken&) {
   const SystemClock clock;
-  SINEW_ASSIGN_OR_RETURN(
-      const RunCurriculum curriculum,
-      ReadRunCurriculum(FolderWithState(options.run), clock));
+  SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
+                         ReadRunCurriculum(options.states.where.empty()
+                                               ? FolderWithState(options.run)
+                                               : options.run,
+                                           clock, options.states));
   for (const std::string& warning : curriculum.warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
@@ -54,6 +58,11 @@ void AddCurriculumCommand(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "as JSON");
+  command->add_option(
+      "--checkpoint", options->states.where,
+      "where the learner keeps its states: a checkpoint service "
+      "or a folder; default: in the run directory");
+  AddSecurityFlags(*command, options->states.security);
 }
 
 }  // namespace sinew::tools

@@ -1,5 +1,6 @@
 #include "tools/sinew/curriculum_command.h"
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -110,6 +111,22 @@ class CurriculumCommand : public ::testing::Test {
   const SystemClock clock_;
   const std::unique_ptr<TemporaryFolder> folder_;
 };
+
+TEST_F(CurriculumCommand, ReadsStatesThatAreKeptElsewhere) {
+  WriteConfig();
+  SaveState(4);
+  const std::string elsewhere = JoinPath(folder_->path(), "elsewhere");
+  std::filesystem::rename(JoinPath(Run(), "checkpoints"), elsewhere);
+
+  EXPECT_THAT(Output(),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("found no checkpoints/ (of a learner with "
+                                 "--checkpoint they are there)")));
+  const auto output = Output(absl::StrCat(" --json --checkpoint ", elsewhere));
+
+  ASSERT_THAT(output, IsOk());
+  EXPECT_EQ(Json::parse(*output)["iteration"], 4);
+}
 
 TEST_F(CurriculumCommand, ShowsTheTableOfTheNewestState) {
   WriteConfig();

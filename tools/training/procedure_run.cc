@@ -311,6 +311,8 @@ absl::Status RunProcedure(const TrainingRun::Options& options,
   SINEW_ASSIGN_OR_RETURN(ProcedureInputs inputs, ReadInputs(options));
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<RunFolder> folder,
                          RunFolder::Open(options.directory, options.recipe));
+  SINEW_RETURN_IF_ERROR(folder->WriteConfig(
+      options.recipe, RunFolder::HasState(options.directory)));
   ProcedureRun run(options, steps, stop, std::move(inputs), std::move(folder));
   SINEW_RETURN_IF_ERROR(run.Load());
   return run.Run();

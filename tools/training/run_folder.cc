@@ -20,9 +20,13 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
   if (HasState(path)) {
     SINEW_RETURN_IF_ERROR(folder->CheckSameRecipe(recipe));
   }
-  SINEW_RETURN_IF_ERROR(
-      WriteFileAtomically(folder->config(), PrintRecipe(recipe)));
   return folder;
+}
+
+absl::Status RunFolder::WriteConfig(const v1::Recipe& recipe,
+                                    bool has_state) const {
+  if (has_state) SINEW_RETURN_IF_ERROR(CheckSameRecipe(recipe));
+  return WriteFileAtomically(config(), PrintRecipe(recipe));
 }
 
 bool RunFolder::HasState(const std::string& path) {

@@ -31,9 +31,14 @@ namespace sinew::tools {
 // INVALID_ARGUMENT: it holds states of another recipe (fields, old and new).
 class RunFolder {
  public:
-  // Opens or makes the folder and writes the configuration.
+  // Opens or makes the folder; refuses the recipe if states that lie in it are
+  // of another one. Nothing in it is changed.
   static absl::StatusOr<std::unique_ptr<RunFolder>> Open(
       const std::string& path, const v1::Recipe& recipe);
+
+  // Writes the configuration. With states, wherever they are kept, the one that
+  // is there must be the same.
+  absl::Status WriteConfig(const v1::Recipe& recipe, bool has_state) const;
 
   // Whether a training state lies in the folder of a run at `path`, or in a
   // stage of a procedure there.

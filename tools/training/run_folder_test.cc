@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/status_macros.h"
 #include "common/testing/matchers.h"
 
 namespace sinew::tools {
@@ -29,13 +30,26 @@ v1::Recipe MakeRecipe(int epochs) {
   return WithDefaults(recipe);
 }
 
-TEST(RunFolderTest, WritesTheConfiguration) {
-  const auto folder = RunFolder::Open(NewRun("config"), MakeRecipe(2));
-  ASSERT_THAT(folder, IsOk());
+// Opens the folder and writes the recipe, as a run does whose states lie in it
+// or, `has_state`, elsewhere.
+absl::Status Begin(const std::string& run, int epochs, bool has_state = false) {
+  SINEW_ASSIGN_OR_RETURN(const auto folder,
+                         RunFolder::Open(run, MakeRecipe(epochs)));
+  return folder->WriteConfig(MakeRecipe(epochs), has_state);
+}
 
-  const auto text = ReadFile((*folder)->config());
-  ASSERT_THAT(text, IsOk());
-  EXPECT_EQ(*text, PrintRecipe(MakeRecipe(2)));
+std::string ConfigOf(const std::string& run) {
+  return ReadFile(JoinPath(run, "config.textproto")).value_or("none");
+}
+
+TEST(RunFolderTest, WritesTheConfiguration) {
+  const std::string run = NewRun("config");
+  ASSERT_THAT(RunFolder::Open(run, MakeRecipe(2)), IsOk());
+  EXPECT_EQ(ConfigOf(run), "none");
+
+  ASSERT_THAT(Begin(run, 2), IsOk());
+
+  EXPECT_EQ(ConfigOf(run), PrintRecipe(MakeRecipe(2)));
 }
 
 TEST(RunFolderTest, KeepsASecondLearnerOut) {
@@ -49,7 +63,7 @@ TEST(RunFolderTest, KeepsASecondLearnerOut) {
 
 TEST(RunFolderTest, RefusesAnotherRecipeOnceThereAreStates) {
   const std::string run = NewRun("other");
-  ASSERT_THAT(RunFolder::Open(run, MakeRecipe(2)), IsOk());
+  ASSERT_THAT(Begin(run, 2), IsOk());
   const std::string artifacts = JoinPath(run, "checkpoints/artifacts");
   ASSERT_THAT(MakeDirectories(artifacts), IsOk());
   ASSERT_THAT(WriteFileAtomically(JoinPath(artifacts, "state-00000001"), ""),
@@ -58,14 +72,27 @@ TEST(RunFolderTest, RefusesAnotherRecipeOnceThereAreStates) {
   EXPECT_THAT(RunFolder::Open(run, MakeRecipe(3)),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(run), HasSubstr("ppo.epochs: 2 -> 3"))));
-  EXPECT_THAT(RunFolder::Open(run, MakeRecipe(2)), IsOk());
+  EXPECT_THAT(Begin(run, 2), IsOk());
+}
+
+TEST(RunFolderTest, KeepsTheConfigurationOfStatesThatAreElsewhere) {
+  const std::string run = NewRun("elsewhere");
+  ASSERT_THAT(Begin(run, 2), IsOk());
+
+  EXPECT_THAT(Begin(run, 3, /*has_state=*/true),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(run), HasSubstr("ppo.epochs: 2 -> 3"))));
+
+  EXPECT_EQ(ConfigOf(run), PrintRecipe(MakeRecipe(2)));
+  EXPECT_THAT(Begin(run, 2, /*has_state=*/true), IsOk());
 }
 
 TEST(RunFolderTest, TakesAnotherRecipeWhileThereAreNone) {
   const std::string run = NewRun("fresh");
-  ASSERT_THAT(RunFolder::Open(run, MakeRecipe(2)), IsOk());
+  ASSERT_THAT(Begin(run, 2), IsOk());
 
-  EXPECT_THAT(RunFolder::Open(run, MakeRecipe(3)), IsOk());
+  EXPECT_THAT(Begin(run, 3), IsOk());
+  EXPECT_EQ(ConfigOf(run), PrintRecipe(MakeRecipe(3)));
 }
 
 }  // namespace
