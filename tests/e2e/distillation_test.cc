@@ -58,6 +58,15 @@ std::string MakeTeacher(const TrainingRig& rig,
   return JoinPath(rig.Path(name), "bundle");
 }
 
+// A composer over two primitives; its bundle.
+std::string MakeComposedTeacher(const TrainingRig& rig) {
+  const std::string one = MakeTeacher(rig, "one");
+  const std::string two = MakeTeacher(rig, "two", {"--seed", "4"});
+  return MakeTeacher(rig, "composer",
+                     {"--set", "network.composer.primitives=2", "--set",
+                      "network.composer.hidden=8", "--primitives", one, two});
+}
+
 // Lets a run go on until it has so many rows, and kills it then.
 void KillAfter(const TrainingRig& rig, const TrainingRig::Arguments& arguments,
                const std::string& run, int rows) {
@@ -120,6 +129,17 @@ TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
   EXPECT_THAT(ProvenanceOf(rig, "there"),
               EqualsProto(ProvenanceOf(rig, "here")));
   EXPECT_EQ(ProvenanceOf(rig, "there").sources_size(), 1);
+}
+
+TEST(DistillationTest, LearnsFromAComposerWhereverItIs) {
+  const TrainingRig rig;
+  const std::string teacher = MakeComposedTeacher(rig);
+  rig.MustRun("local", rig.Train("local", 3, Taught(teacher)));
+
+  const Served served(rig, "served", teacher);
+  rig.MustRun("remote", rig.Train("remote", 3, Taught(served.address)));
+
+  EXPECT_EQ(rig.FingerprintOf("remote"), rig.FingerprintOf("local"));
 }
 
 TEST(DistillationTest, GoesOnWithAnotherReplicaWhereOneIsKilled) {

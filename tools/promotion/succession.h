@@ -11,7 +11,9 @@ namespace sinew::tools {
 //
 //   use    it has every graph of the incumbent, and a latent and an own state
 //          of the same widths where the incumbent has them: who decodes latents
-//          of the stable bundle goes on doing so
+//          can load it. What a latent means is not compared: trained anew, it
+//          means something else, and a policy over the old decoder is trained
+//          again or keeps the old bundle (rollback).
 //   world  physics, actuator model and, where evaluations are randomised,
 //          randomisation are equal, defaults filled: else their figures are
 //          about different tasks
