@@ -11,7 +11,8 @@ namespace sinew::actor {
 absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
     absl::string_view character_text, absl::string_view model_binary,
     absl::string_view library_manifest, absl::string_view frames,
-    absl::string_view recipe_text, absl::string_view fallen) {
+    absl::string_view recipe_text, absl::string_view fallen,
+    std::shared_ptr<const MappedFile> mapped_frames) {
   SINEW_ASSIGN_OR_RETURN(v1::Recipe parsed,
                          ParseRecipe(recipe_text, "asset recipe"));
   const v1::Recipe recipe = WithDefaults(std::move(parsed));
@@ -21,7 +22,11 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
                              character_text, model_binary, "asset character"));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<motion::Library> library,
-      motion::Library::FromBytes(library_manifest, frames, "asset library"));
+      mapped_frames == nullptr
+          ? motion::Library::FromBytes(library_manifest, frames,
+                                       "asset library")
+          : motion::Library::FromMapped(
+                library_manifest, std::move(mapped_frames), "asset library"));
   std::unique_ptr<const world::FallenStates> fallen_states;
   if (!fallen.empty()) {
     SINEW_ASSIGN_OR_RETURN(

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "common/mapped_file.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
@@ -22,11 +23,12 @@ namespace sinew::actor {
 class RolloutAssets {
  public:
   // From the bytes of the assets, by role as in TaskAssets; "fallen" may be
-  // empty, that is none.
+  // empty, that is none. With `mapped_frames`, `frames` is not looked at.
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> Create(
       absl::string_view character_text, absl::string_view model_binary,
       absl::string_view library_manifest, absl::string_view frames,
-      absl::string_view recipe_text, absl::string_view fallen = "");
+      absl::string_view recipe_text, absl::string_view fallen = "",
+      std::shared_ptr<const MappedFile> mapped_frames = nullptr);
 
   // From parts that are there already. `recipe` has its defaults filled.
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> FromParts(

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
+#include "common/mapped_file.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew::actor {
@@ -46,9 +47,11 @@ class Engine {
 
   virtual ~Engine() = default;
 
-  // From the assets' bytes by role (rollout.proto, TaskAssets).
+  // From the assets' bytes by role (rollout.proto, TaskAssets). `frames`: those
+  // of role "frames", which are then not in `by_role`, in a file; may be null.
   virtual absl::StatusOr<AssetsPtr> LoadAssets(
-      const std::map<std::string, Blob>& by_role) = 0;
+      const std::map<std::string, Blob>& by_role,
+      std::shared_ptr<const MappedFile> frames) = 0;
   // From the bytes whose digest is `sha256`.
   virtual absl::StatusOr<SnapshotPtr> LoadSnapshot(const std::string& bytes,
                                                    const std::string& sha256,

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <map>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -45,7 +46,14 @@ absl::StatusOr<Engine::AssetsPtr> OrderInputs::LoadAssets(
         "assets ", sha256, ": ", list->size(), " bytes that do not parse"));
   }
   std::map<std::string, Blob> by_role;
+  std::shared_ptr<const MappedFile> frames;
   for (const v1::Asset& asset : assets.assets()) {
+    // The one large asset: where it can be shared, no process has its own.
+    if (asset.role() == "frames") {
+      auto mapped = from.assets->MapBlob(asset.sha256());
+      if (mapped.ok()) frames = *std::move(mapped);
+      if (frames != nullptr) continue;
+    }
     absl::StatusOr<Blob> blob = Fetch(*from.assets, asset.sha256());
     if (!blob.ok()) {
       return WithContext(blob.status(),
@@ -53,7 +61,7 @@ absl::StatusOr<Engine::AssetsPtr> OrderInputs::LoadAssets(
     }
     by_role[asset.role()] = *std::move(blob);
   }
-  return engine_.LoadAssets(by_role);
+  return engine_.LoadAssets(by_role, std::move(frames));
 }
 
 absl::StatusOr<Engine::AssetsPtr> OrderInputs::GetAssets(

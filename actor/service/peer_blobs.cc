@@ -18,6 +18,10 @@ class CachedPeer : public BlobSource {
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override {
     return cache_->GetBlob(sha256);
   }
+  absl::StatusOr<std::shared_ptr<const MappedFile>> MapBlob(
+      const std::string& sha256) override {
+    return cache_->MapBlob(sha256);
+  }
 
  private:
   const std::shared_ptr<BlobSource> peer_;

@@ -42,11 +42,13 @@ class RealWorker : public Engine::Worker {
 }  // namespace
 
 absl::StatusOr<Engine::AssetsPtr> RolloutEngine::LoadAssets(
-    const std::map<std::string, Blob>& by_role) {
+    const std::map<std::string, Blob>& by_role,
+    std::shared_ptr<const MappedFile> frames) {
   constexpr std::array kRoles = {"character", "model", "library", "frames",
                                  "recipe"};
   std::array<absl::string_view, kRoles.size()> bytes;
   for (size_t i = 0; i < kRoles.size(); ++i) {
+    if (frames != nullptr && kRoles[i] == absl::string_view("frames")) continue;
     const auto found = by_role.find(kRoles[i]);
     if (found == by_role.end()) {
       return absl::InvalidArgumentError(absl::StrCat(
@@ -60,7 +62,8 @@ absl::StatusOr<Engine::AssetsPtr> RolloutEngine::LoadAssets(
       assets->assets,
       RolloutAssets::Create(
           bytes[0], bytes[1], bytes[2], bytes[3], bytes[4],
-          fallen == by_role.end() ? absl::string_view() : *fallen->second));
+          fallen == by_role.end() ? absl::string_view() : *fallen->second,
+          std::move(frames)));
   return assets;
 }
 

@@ -88,4 +88,12 @@ absl::StatusOr<Blob> BlobCache::GetBlob(const std::string& sha256) {
   return blob;
 }
 
+absl::StatusOr<std::shared_ptr<const MappedFile>> BlobCache::MapBlob(
+    const std::string& sha256) {
+  SINEW_RETURN_IF_ERROR(GetBlob(sha256).status());
+  auto mapped = MappedFile::Open(JoinPath(folder_, sha256));
+  if (!mapped.ok()) return nullptr;  // too large for it, or already removed
+  return std::shared_ptr<const MappedFile>(*std::move(mapped));
+}
+
 }  // namespace sinew

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "common/mapped_file.h"
 
 namespace sinew {
 
@@ -24,6 +25,15 @@ class BlobSource {
   // The bytes whose SHA-256 is `sha256` (64 lower-case hex digits, else
   // INVALID_ARGUMENT), verified.
   virtual absl::StatusOr<Blob> GetBlob(const std::string& sha256) = 0;
+
+  // The same as a file on this machine, whose memory all processes share that
+  // have it mapped; null: this source keeps no such files. Its bytes were
+  // verified, but the file may have been replaced since: who maps it looks
+  // again.
+  virtual absl::StatusOr<std::shared_ptr<const MappedFile>> MapBlob(
+      const std::string& /*sha256*/) {
+    return nullptr;
+  }
 };
 
 }  // namespace sinew

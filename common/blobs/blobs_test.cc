@@ -112,6 +112,31 @@ TEST_F(BlobCacheTest, AsksItsSourceOnce) {
   EXPECT_EQ(source.calls(), 1);
 }
 
+TEST_F(BlobCacheTest, MapsWhatItKeeps) {
+  FakeSource source("abc");
+  const auto cache = BlobCache::Create(folder_.path(), 100, source);
+  ASSERT_THAT(cache, IsOk());
+
+  const auto mapped = (*cache)->MapBlob(Sha256Hex("abc"));
+
+  ASSERT_THAT(mapped, IsOk());
+  ASSERT_NE(*mapped, nullptr);
+  EXPECT_EQ((*mapped)->bytes(), "abc");
+  EXPECT_EQ(source.calls(), 1);
+}
+
+TEST_F(BlobCacheTest, MapsNothingThatItCannotKeep) {
+  FakeSource source("abc");
+  const auto cache = BlobCache::Create(folder_.path(), 2, source);
+  ASSERT_THAT(cache, IsOk());
+
+  const auto mapped = (*cache)->MapBlob(Sha256Hex("abc"));
+
+  ASSERT_THAT(mapped, IsOk());
+  EXPECT_EQ(*mapped, nullptr);
+  EXPECT_THAT(BlobRing(10).MapBlob(Sha256Hex("abc")), IsOkAndHolds(nullptr));
+}
+
 TEST_F(BlobCacheTest, FetchesAnewWhatWasAltered) {
   FakeSource source("abc");
   const auto cache = BlobCache::Create(folder_.path(), 100, source);

@@ -82,6 +82,21 @@ absl::StatusOr<std::unique_ptr<Library>> Library::FromBytes(
   return library;
 }
 
+absl::StatusOr<std::unique_ptr<Library>> Library::FromMapped(
+    absl::string_view manifest_json, std::shared_ptr<const MappedFile> frames,
+    absl::string_view source) {
+  auto library = absl::WrapUnique(new Library());
+  SINEW_RETURN_IF_ERROR(library->ReadManifest(manifest_json, source));
+  library->mapped_ = std::move(frames);
+  // Its digest before anything is read as what it should be.
+  SINEW_RETURN_IF_ERROR(
+      CheckDigest(library->manifest_, library->mapped_->bytes(), source));
+  SINEW_RETURN_IF_ERROR(library->Attach(library->mapped_->bytes()));
+  SINEW_RETURN_IF_ERROR(
+      CheckFrameValues(library->manifest_, library->frames_, source));
+  return library;
+}
+
 absl::Status Library::ReadManifest(absl::string_view json,
                                    absl::string_view source) {
   SINEW_ASSIGN_OR_RETURN(manifest_, ParseManifest(json, source));

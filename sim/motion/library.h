@@ -82,6 +82,11 @@ class Library {
   static absl::StatusOr<std::unique_ptr<Library>> FromBytes(
       absl::string_view manifest_json, absl::string_view frames,
       absl::string_view source);
+  // The same of frames that lie in a mapped file, whose memory all processes
+  // share that have it mapped.
+  static absl::StatusOr<std::unique_ptr<Library>> FromMapped(
+      absl::string_view manifest_json, std::shared_ptr<const MappedFile> frames,
+      absl::string_view source);
   // Checks everything, then writes both files, the manifest last, each put in
   // its place when it is complete.
   static absl::Status Save(const v1::MotionLibrary& manifest,
@@ -121,7 +126,7 @@ class Library {
 
   v1::MotionLibrary manifest_;
   std::string source_;  // for errors
-  std::unique_ptr<const MappedFile> mapped_;
+  std::shared_ptr<const MappedFile> mapped_;
   std::string copy_;
   absl::string_view bytes_;                   // of one of the two
   std::map<std::string, TensorView> frames_;  // in bytes_

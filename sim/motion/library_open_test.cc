@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -136,6 +137,33 @@ TEST(Library, LoadingGivesUpWhereTheManifestIsAnotherAtEachAttempt) {
               StatusIs(absl::StatusCode::kUnavailable,
                        HasSubstr("restless: expected a library at rest, found "
                                  "another manifest.json at each of 3")));
+}
+
+TEST(Library, IsSharedWhereItsFramesAreMapped) {
+  const Files files = GoodFiles();
+  const std::string folder = Put("shared", files);
+  const std::shared_ptr<const MappedFile> frames(
+      MappedFile::Open(JoinPath(folder, "frames.safetensors")).value());
+
+  const auto library = Library::FromMapped(files.manifest, frames, "lib");
+
+  ASSERT_THAT(library, IsOk());
+  const auto* at =
+      reinterpret_cast<const char*>((*library)->frame(0, 0).joint_position);
+  EXPECT_GE(at, frames->bytes().data());
+  EXPECT_LT(at, frames->bytes().data() + frames->bytes().size());
+  EXPECT_EQ((*library)->digest(), Library::Load(folder).value()->digest());
+}
+
+TEST(Library, RefusesMappedFramesOfAnotherManifest) {
+  Files files = GoodFiles();
+  files.frames.back() ^= 1;
+  const std::string folder = Put("altered", files);
+  const std::shared_ptr<const MappedFile> frames(
+      MappedFile::Open(JoinPath(folder, "frames.safetensors")).value());
+
+  EXPECT_THAT(Library::FromMapped(files.manifest, frames, "lib"),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("lib")));
 }
 
 TEST(Library, HasTheSameDigestMappedAndFromBytes) {

@@ -8,6 +8,7 @@
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
+#include "common/mapped_file.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "sim/motion/clip_digest.h"
@@ -18,6 +19,8 @@
 
 namespace sinew::tools {
 namespace {
+
+constexpr char kFramesFile[] = "frames.safetensors";
 
 using Assets = std::map<std::string, std::string>;
 
@@ -61,7 +64,7 @@ absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(assets["library"],
                          ReadFile(JoinPath(motions, "manifest.json")));
   SINEW_ASSIGN_OR_RETURN(assets["frames"],
-                         ReadFile(JoinPath(motions, "frames.safetensors")));
+                         ReadFile(JoinPath(motions, kFramesFile)));
   SINEW_RETURN_IF_ERROR(AddFallenStates(recipe, *character, kept, &assets));
   return assets;
 }
@@ -92,15 +95,19 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(auto assets,
                          MakeAssets(recipe, character, motions, kept));
   TaskSetup setup;
+  // What actors get is read into memory; this process uses the file.
+  SINEW_ASSIGN_OR_RETURN(const std::shared_ptr<const MappedFile> frames,
+                         MappedFile::Open(JoinPath(motions, kFramesFile)));
   SINEW_ASSIGN_OR_RETURN(
       setup.library,
-      motion::Library::FromBytes(assets["library"], assets["frames"], motions));
+      motion::Library::FromMapped(assets["library"], frames, motions));
   setup.clip_sha256 = motion::ClipDigests(*setup.library);
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,
-      actor::RolloutAssets::Create(
-          assets["character"], assets["model"], assets["library"],
-          assets["frames"], assets["recipe"], Optional(assets, "fallen")));
+      actor::RolloutAssets::Create(assets["character"], assets["model"],
+                                   assets["library"], assets["frames"],
+                                   assets["recipe"], Optional(assets, "fallen"),
+                                   frames));
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();

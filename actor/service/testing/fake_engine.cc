@@ -24,7 +24,8 @@ class FakeEngine::FakeWorker : public Engine::Worker {
 };
 
 absl::StatusOr<Engine::AssetsPtr> FakeEngine::LoadAssets(
-    const std::map<std::string, Blob>& by_role) {
+    const std::map<std::string, Blob>& by_role,
+    std::shared_ptr<const MappedFile> /*frames*/) {
   if (!by_role.contains("model")) {
     return absl::InvalidArgumentError("assets: expected a model");
   }
