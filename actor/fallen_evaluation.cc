@@ -57,7 +57,7 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
     }
   }
   if (clips.empty()) {
-    return absl::FailedPreconditionError(absl::StrCat(
+    return absl::NotFoundError(absl::StrCat(
         "evaluation from fallen states: expected a clip of at least ",
         steps - standing + 1,
         " frames that is not left out and stays upright, found none"));

@@ -26,7 +26,8 @@ inline constexpr double kHoldSeconds = 0.5;
 // the reference stands (the recipe's, or 3 s where it has no recovery), are not
 // left out, and whose root stays at 0.8 of the standing height or above over
 // the frames used: who lies beside a reference that lies has not recovered. One
-// after the other. FAILED_PRECONDITION: no fallen states, or no such clip.
+// after the other. FAILED_PRECONDITION: no fallen states; NOT_FOUND: no such
+// clip.
 absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
     const world::TrackingTask& task, double seconds);
 

@@ -41,8 +41,8 @@ class PolicyRunner {
   // [A] of the last Run.
   absl::Span<const float> action(int row) const;
   absl::Span<const float> mean(int row) const;
-  // The latent in it, and that one's noise; empty unless the graph has a tap
-  // for it.
+  // The latent that it was decoded from, and the noise in that latent; each
+  // empty unless the graph has a tap for it.
   absl::Span<const float> latent(int row) const;
   absl::Span<const float> latent_noise(int row) const;
 

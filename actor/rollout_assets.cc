@@ -7,12 +7,24 @@
 #include "common/status_macros.h"
 
 namespace sinew::actor {
+namespace {
+
+absl::StatusOr<std::unique_ptr<motion::Library>> LoadLibrary(
+    absl::string_view manifest, const RolloutAssets::Frames& frames) {
+  constexpr char kSource[] = "asset library";
+  if (const auto* bytes = std::get_if<absl::string_view>(&frames)) {
+    return motion::Library::FromBytes(manifest, *bytes, kSource);
+  }
+  return motion::Library::FromMapped(
+      manifest, std::get<std::shared_ptr<const MappedFile>>(frames), kSource);
+}
+
+}  // namespace
 
 absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
     absl::string_view character_text, absl::string_view model_binary,
-    absl::string_view library_manifest, absl::string_view frames,
-    absl::string_view recipe_text, absl::string_view fallen,
-    std::shared_ptr<const MappedFile> mapped_frames) {
+    absl::string_view library_manifest, const Frames& frames,
+    absl::string_view recipe_text, absl::string_view fallen) {
   SINEW_ASSIGN_OR_RETURN(v1::Recipe parsed,
                          ParseRecipe(recipe_text, "asset recipe"));
   const v1::Recipe recipe = WithDefaults(std::move(parsed));
@@ -20,13 +32,8 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::Create(
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<character::Character> character,
                          character::Character::FromAssets(
                              character_text, model_binary, "asset character"));
-  SINEW_ASSIGN_OR_RETURN(
-      std::unique_ptr<motion::Library> library,
-      mapped_frames == nullptr
-          ? motion::Library::FromBytes(library_manifest, frames,
-                                       "asset library")
-          : motion::Library::FromMapped(
-                library_manifest, std::move(mapped_frames), "asset library"));
+  SINEW_ASSIGN_OR_RETURN(std::unique_ptr<motion::Library> library,
+                         LoadLibrary(library_manifest, frames));
   std::unique_ptr<const world::FallenStates> fallen_states;
   if (!fallen.empty()) {
     SINEW_ASSIGN_OR_RETURN(

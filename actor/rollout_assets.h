@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "absl/status/statusor.h"
 #include "common/mapped_file.h"
@@ -23,12 +24,13 @@ namespace sinew::actor {
 class RolloutAssets {
  public:
   // From the bytes of the assets, by role as in TaskAssets; "fallen" may be
-  // empty, that is none. With `mapped_frames`, `frames` is not looked at.
+  // empty, that is none. Frames in memory are copied, those in a file shared.
+  using Frames =
+      std::variant<absl::string_view, std::shared_ptr<const MappedFile>>;
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> Create(
       absl::string_view character_text, absl::string_view model_binary,
-      absl::string_view library_manifest, absl::string_view frames,
-      absl::string_view recipe_text, absl::string_view fallen = "",
-      std::shared_ptr<const MappedFile> mapped_frames = nullptr);
+      absl::string_view library_manifest, const Frames& frames,
+      absl::string_view recipe_text, absl::string_view fallen = "");
 
   // From parts that are there already. `recipe` has its defaults filled.
   static absl::StatusOr<std::shared_ptr<const RolloutAssets>> FromParts(

@@ -8,7 +8,6 @@
 
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
-#include "common/mapped_file.h"
 #include "proto/sinew/v1/rollout.pb.h"
 
 namespace sinew::actor {
@@ -47,11 +46,9 @@ class Engine {
 
   virtual ~Engine() = default;
 
-  // From the assets' bytes by role (rollout.proto, TaskAssets). `frames`: those
-  // of role "frames", which are then not in `by_role`, in a file; may be null.
+  // From the assets' bytes by role (rollout.proto, TaskAssets).
   virtual absl::StatusOr<AssetsPtr> LoadAssets(
-      const std::map<std::string, Blob>& by_role,
-      std::shared_ptr<const MappedFile> frames) = 0;
+      const std::map<std::string, SharedBytes>& by_role) = 0;
   // From the bytes whose digest is `sha256`.
   virtual absl::StatusOr<SnapshotPtr> LoadSnapshot(const std::string& bytes,
                                                    const std::string& sha256,

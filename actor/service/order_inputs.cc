@@ -25,15 +25,27 @@ absl::StatusOr<OrderInputs::Sources> OrderInputs::sources() {
   return sources_;
 }
 
+void OrderInputs::CountFetch(std::chrono::steady_clock::time_point since) {
+  metrics_.stage_seconds.Add(
+      "fetch",
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - since)
+          .count());
+}
+
 absl::StatusOr<Blob> OrderInputs::Fetch(BlobSource& source,
                                         const std::string& sha256) {
   const auto start = std::chrono::steady_clock::now();
   absl::StatusOr<Blob> blob = source.GetBlob(sha256);
-  metrics_.stage_seconds.Add(
-      "fetch",
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count());
+  CountFetch(start);
   return blob;
+}
+
+absl::StatusOr<SharedBytes> OrderInputs::FetchShared(BlobSource& source,
+                                                     const v1::Asset& asset) {
+  const auto start = std::chrono::steady_clock::now();
+  absl::StatusOr<SharedBytes> bytes = source.MapBlob(asset.sha256());
+  CountFetch(start);
+  return bytes;
 }
 
 absl::StatusOr<Engine::AssetsPtr> OrderInputs::LoadAssets(
@@ -45,23 +57,16 @@ absl::StatusOr<Engine::AssetsPtr> OrderInputs::LoadAssets(
     return absl::InvalidArgumentError(absl::StrCat(
         "assets ", sha256, ": ", list->size(), " bytes that do not parse"));
   }
-  std::map<std::string, Blob> by_role;
-  std::shared_ptr<const MappedFile> frames;
+  std::map<std::string, SharedBytes> by_role;
   for (const v1::Asset& asset : assets.assets()) {
-    // The one large asset: where it can be shared, no process has its own.
-    if (asset.role() == "frames") {
-      auto mapped = from.assets->MapBlob(asset.sha256());
-      if (mapped.ok()) frames = *std::move(mapped);
-      if (frames != nullptr) continue;
-    }
-    absl::StatusOr<Blob> blob = Fetch(*from.assets, asset.sha256());
-    if (!blob.ok()) {
-      return WithContext(blob.status(),
+    absl::StatusOr<SharedBytes> bytes = FetchShared(*from.assets, asset);
+    if (!bytes.ok()) {
+      return WithContext(bytes.status(),
                          absl::StrCat("asset \"", asset.role(), "\""));
     }
-    by_role[asset.role()] = *std::move(blob);
+    by_role[asset.role()] = *std::move(bytes);
   }
-  return engine_.LoadAssets(by_role, std::move(frames));
+  return engine_.LoadAssets(by_role);
 }
 
 absl::StatusOr<Engine::AssetsPtr> OrderInputs::GetAssets(

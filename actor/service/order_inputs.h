@@ -1,6 +1,7 @@
 #ifndef SINEW_ACTOR_SERVICE_ORDER_INPUTS_H_
 #define SINEW_ACTOR_SERVICE_ORDER_INPUTS_H_
 
+#include <chrono>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -95,6 +96,10 @@ class OrderInputs {
 
   absl::StatusOr<Sources> sources() SINEW_EXCLUDES(mu_);
   absl::StatusOr<Blob> Fetch(BlobSource& source, const std::string& sha256);
+  // Assets are large and stay: where they can be, they are shared.
+  absl::StatusOr<SharedBytes> FetchShared(BlobSource& source,
+                                          const v1::Asset& asset);
+  void CountFetch(std::chrono::steady_clock::time_point since);
   absl::StatusOr<Engine::AssetsPtr> LoadAssets(const std::string& sha256);
   absl::StatusOr<Engine::SnapshotPtr> LoadSnapshot(
       const v1::Order& order, const Engine::Assets& assets);

@@ -18,8 +18,7 @@ class CachedPeer : public BlobSource {
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override {
     return cache_->GetBlob(sha256);
   }
-  absl::StatusOr<std::shared_ptr<const MappedFile>> MapBlob(
-      const std::string& sha256) override {
+  absl::StatusOr<SharedBytes> MapBlob(const std::string& sha256) override {
     return cache_->MapBlob(sha256);
   }
 

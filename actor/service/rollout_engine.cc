@@ -1,6 +1,5 @@
 #include "actor/service/rollout_engine.h"
 
-#include <array>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -42,28 +41,24 @@ class RealWorker : public Engine::Worker {
 }  // namespace
 
 absl::StatusOr<Engine::AssetsPtr> RolloutEngine::LoadAssets(
-    const std::map<std::string, Blob>& by_role,
-    std::shared_ptr<const MappedFile> frames) {
-  constexpr std::array kRoles = {"character", "model", "library", "frames",
-                                 "recipe"};
-  std::array<absl::string_view, kRoles.size()> bytes;
-  for (size_t i = 0; i < kRoles.size(); ++i) {
-    if (frames != nullptr && kRoles[i] == absl::string_view("frames")) continue;
-    const auto found = by_role.find(kRoles[i]);
-    if (found == by_role.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "assets: expected one of role \"", kRoles[i], "\", found none"));
-    }
-    bytes[i] = *found->second;
+    const std::map<std::string, SharedBytes>& by_role) {
+  for (const char* role :
+       {"character", "model", "library", "frames", "recipe"}) {
+    if (by_role.contains(role)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "assets: expected one of role \"", role, "\", found none"));
   }
-  const auto fallen = by_role.find("fallen");
+  const auto bytes = [&](const char* role) { return by_role.at(role).view(); };
+  const std::shared_ptr<const MappedFile>& file = by_role.at("frames").file;
+  RolloutAssets::Frames frames = bytes("frames");
+  if (file != nullptr) frames = file;
   auto assets = std::make_shared<RealAssets>();
   SINEW_ASSIGN_OR_RETURN(
       assets->assets,
       RolloutAssets::Create(
-          bytes[0], bytes[1], bytes[2], bytes[3], bytes[4],
-          fallen == by_role.end() ? absl::string_view() : *fallen->second,
-          std::move(frames)));
+          bytes("character"), bytes("model"), bytes("library"), frames,
+          bytes("recipe"),
+          by_role.contains("fallen") ? bytes("fallen") : absl::string_view()));
   return assets;
 }
 

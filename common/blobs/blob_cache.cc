@@ -11,6 +11,7 @@
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/logging.h"
+#include "common/mapped_file.h"
 #include "common/status_macros.h"
 
 namespace sinew {
@@ -88,12 +89,12 @@ absl::StatusOr<Blob> BlobCache::GetBlob(const std::string& sha256) {
   return blob;
 }
 
-absl::StatusOr<std::shared_ptr<const MappedFile>> BlobCache::MapBlob(
-    const std::string& sha256) {
-  SINEW_RETURN_IF_ERROR(GetBlob(sha256).status());
-  auto mapped = MappedFile::Open(JoinPath(folder_, sha256));
-  if (!mapped.ok()) return nullptr;  // too large for it, or already removed
-  return std::shared_ptr<const MappedFile>(*std::move(mapped));
+absl::StatusOr<SharedBytes> BlobCache::MapBlob(const std::string& sha256) {
+  SINEW_ASSIGN_OR_RETURN(Blob blob, GetBlob(sha256));
+  auto file = MappedFile::Open(JoinPath(folder_, sha256));
+  // Too large to be kept, or already removed for another.
+  if (!file.ok()) return SharedBytes{.blob = std::move(blob), .file = nullptr};
+  return SharedBytes{.blob = nullptr, .file = *std::move(file)};
 }
 
 }  // namespace sinew

@@ -8,7 +8,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/blobs/blob_source.h"
-#include "common/mapped_file.h"
 
 namespace sinew {
 
@@ -26,9 +25,7 @@ class BlobCache : public BlobSource {
       const std::string& folder, int64_t max_bytes, BlobSource& source);
 
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override;
-  // Null where the file cannot be kept or opened.
-  absl::StatusOr<std::shared_ptr<const MappedFile>> MapBlob(
-      const std::string& sha256) override;
+  absl::StatusOr<SharedBytes> MapBlob(const std::string& sha256) override;
 
  private:
   BlobCache(std::string folder, int64_t max_bytes, BlobSource& source);

@@ -3,8 +3,10 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "common/mapped_file.h"
 
 namespace sinew {
@@ -12,6 +14,16 @@ namespace sinew {
 // Immutable bytes that several readers share; they stay readable after their
 // source has dropped them.
 using Blob = std::shared_ptr<const std::string>;
+
+// Bytes in memory or in a mapped file: one of the two is set.
+struct SharedBytes {
+  Blob blob;
+  std::shared_ptr<const MappedFile> file;
+
+  absl::string_view view() const {
+    return file != nullptr ? file->bytes() : absl::string_view(*blob);
+  }
+};
 
 // Content-addressed bytes: a store on disk, snapshots in memory, a peer.
 //
@@ -26,13 +38,14 @@ class BlobSource {
   // INVALID_ARGUMENT), verified.
   virtual absl::StatusOr<Blob> GetBlob(const std::string& sha256) = 0;
 
-  // The same as a file on this machine, whose memory all processes share that
-  // have it mapped; null: this source keeps no such files. Its bytes were
-  // verified, but the file may have been replaced since: who maps it looks
+  // The same, as a file of this machine where the source keeps one: all
+  // processes that have it mapped share its memory. Its bytes were verified,
+  // but the file may have been replaced since: who needs to be sure looks
   // again.
-  virtual absl::StatusOr<std::shared_ptr<const MappedFile>> MapBlob(
-      const std::string& /*sha256*/) {
-    return nullptr;
+  virtual absl::StatusOr<SharedBytes> MapBlob(const std::string& sha256) {
+    absl::StatusOr<Blob> blob = GetBlob(sha256);
+    if (!blob.ok()) return blob.status();
+    return SharedBytes{.blob = *std::move(blob), .file = nullptr};
   }
 };
 

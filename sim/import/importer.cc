@@ -89,7 +89,8 @@ class Telling {
       : options_(options), total_(total) {}
 
   void Done(const ClipReport& report) SINEW_EXCLUDES(mu_) {
-    if (!options_.on_progress) return;
+    // What was interrupted is neither good nor bad.
+    if (!options_.on_progress || absl::IsCancelled(report.status)) return;
     MutexLock lock(mu_);
     options_.on_progress({++done_, total_, &report});
   }
@@ -199,7 +200,8 @@ std::string OutcomeDigest(const std::string& options_sha256,
 absl::Status CheckNotNewer(const std::string& directory) {
   const std::string path = JoinPath(directory, kManifestFile);
   const auto text = ReadFile(path, kMaxJsonBytes);
-  if (!text.ok()) return absl::OkStatus();
+  if (absl::IsNotFound(text.status())) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(text.status());
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   const Json version =
       json.is_object() ? json.value("format_version", Json()) : Json();

@@ -90,8 +90,8 @@ struct ImportOptions {
 // the files, the character has no feet, or no file could be imported (the
 // report is written, the library stays what it was); CANCELLED (what was
 // finished is kept for the next time); FAILED_PRECONDITION if another import
-// holds the folder; DATA_LOSS if a cached clip was altered (the next import
-// makes it anew); those of the disk.
+// holds the folder, or a newer version wrote the library in it; DATA_LOSS if a
+// cached clip was altered (the next import makes it anew); those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

@@ -82,8 +82,8 @@ class Library {
   static absl::StatusOr<std::unique_ptr<Library>> FromBytes(
       absl::string_view manifest_json, absl::string_view frames,
       absl::string_view source);
-  // The same of frames that lie in a mapped file, whose memory all processes
-  // share that have it mapped.
+  // The same of frames that lie in a mapped file, not null, whose memory all
+  // processes share that have it mapped.
   static absl::StatusOr<std::unique_ptr<Library>> FromMapped(
       absl::string_view manifest_json, std::shared_ptr<const MappedFile> frames,
       absl::string_view source);

@@ -41,7 +41,8 @@ TEST(CheckTask, RefusesARateThatControlDoesNotMeet) {
 
   EXPECT_THAT(CheckTask(toy.recipe, *toy.character, *toy.library),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("24"), HasSubstr("30"))));
+                       HasSubstr("frames_per_second: expected 24 "
+                                 "(physics.control_hz), found 30")));
 }
 
 }  // namespace

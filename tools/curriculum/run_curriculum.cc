@@ -1,5 +1,6 @@
 #include "tools/curriculum/run_curriculum.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
 #include "common/rpc/credentials.h"
 #include "common/status_macros.h"
@@ -32,7 +34,7 @@ absl::StatusOr<v1::TrainingState> ReadLatest(
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<checkpoint::ArtifactStore> store,
       checkpoint::OpenStore(states.where, checkpoint::StoreAccess::kRead,
-                            states.security, clock));
+                            states.security, clock, states.stop));
   absl::StatusOr<v1::TrainingState> state;
   for (int i = 0; i < kAttempts; ++i) {
     warnings->clear();
@@ -49,13 +51,14 @@ absl::StatusOr<v1::TrainingState> ReadState(
   auto state = ReadLatest(states, clock, warnings);
   if (absl::IsNotFound(state.status())) {
     return absl::NotFoundError(absl::StrCat(
-        run,
-        ": expected a training state, found none; the first is saved after "
-        "checkpointing.interval iterations, or when training ends"));
+        run, ": expected a training state in ", states.where,
+        ", found none; the first is saved after checkpointing.interval "
+        "iterations, or when training ends (",
+        state.status().message(), ")"));
   }
   if (absl::IsDataLoss(state.status())) {
     return absl::DataLossError(
-        absl::StrCat(run, ": ", state.status().message()));
+        absl::StrCat(run, ": ", states.where, ": ", state.status().message()));
   }
   return state;
 }
@@ -70,15 +73,12 @@ std::string ClipName(const v1::CurriculumTable& table, int clip) {
                                    : absl::StrCat("clip ", clip);
 }
 
-// Running mean over episodes, of their mean body distance, mm; null without
-// any.
-Json TrackingError(double sum_m, int64_t episodes) {
-  return episodes > 0 ? Json(1e3 * sum_m / static_cast<double>(episodes))
-                      : Json();
+// mm; null where no episode began.
+Json TrackingError(double mean_body_distance_m, int64_t episodes) {
+  return episodes > 0 ? Json(1e3 * mean_body_distance_m) : Json();
 }
 
-// Of the episodes that began in a clip, by clip; every bin's mean counts as
-// often as episodes began there.
+// By clip, the mean over its bins, each as often as episodes began there.
 std::vector<Json> TrackingErrors(const v1::CurriculumTable& table,
                                  size_t clips) {
   std::vector<double> sums(clips);
@@ -90,7 +90,8 @@ std::vector<Json> TrackingErrors(const v1::CurriculumTable& table,
   }
   std::vector<Json> errors;
   for (size_t c = 0; c < clips; ++c) {
-    errors.push_back(TrackingError(sums[c], episodes[c]));
+    const auto count = static_cast<double>(std::max<int64_t>(1, episodes[c]));
+    errors.push_back(TrackingError(sums[c] / count, episodes[c]));
   }
   return errors;
 }
@@ -128,20 +129,18 @@ Json BinsJson(const v1::CurriculumTable& table, double rate, int hardest) {
   Json bins = Json::array();
   for (const int b : learner::HardestBins(table, hardest)) {
     const v1::CurriculumTable::Bin& bin = table.bins(b);
-    bins.push_back(
-        {{"clip", ClipName(table, bin.clip())},
-         {"from_s", bin.first_frame() / rate},
-         {"to_s", (bin.first_frame() + bin.num_frames()) / rate},
-         {"visits", bin.visits()},
-         {"failures", bin.failures()},
-         {"recent_passages", bin.recent_passages()},
-         {"recent_failures", bin.recent_failures()},
-         {"failure_rate", learner::RecentFailureRate(bin)},
-         {"probability", bin.probability()},
-         {"tracking_error_mm", TrackingError(static_cast<double>(bin.visits()) *
-                                                 bin.mean_body_distance(),
-                                             bin.visits())},
-         {"last_seen", bin.last_seen()}});
+    bins.push_back({{"clip", ClipName(table, bin.clip())},
+                    {"from_s", bin.first_frame() / rate},
+                    {"to_s", (bin.first_frame() + bin.num_frames()) / rate},
+                    {"visits", bin.visits()},
+                    {"failures", bin.failures()},
+                    {"recent_passages", bin.recent_passages()},
+                    {"recent_failures", bin.recent_failures()},
+                    {"failure_rate", learner::RecentFailureRate(bin)},
+                    {"probability", bin.probability()},
+                    {"tracking_error_mm",
+                     TrackingError(bin.mean_body_distance(), bin.visits())},
+                    {"last_seen", bin.last_seen()}});
   }
   return bins;
 }
@@ -180,6 +179,13 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
   RunCurriculum curriculum;
   SINEW_ASSIGN_OR_RETURN(v1::TrainingState state,
                          ReadState(run, store, clock, &curriculum.warnings));
+  const std::string sha256 = Sha256Hex(PrintRecipe(recipe));
+  if (!state.recipe_sha256().empty() && state.recipe_sha256() != sha256) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        store.where, ": expected a state of the recipe in ", config,
+        " (SHA-256 ", sha256, "), found one of another run's (",
+        state.recipe_sha256(), ")"));
+  }
   curriculum.run = run;
   curriculum.iteration = state.iteration();
   curriculum.samples = state.samples();

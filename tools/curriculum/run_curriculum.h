@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "common/clock.h"
 #include "common/rpc/credentials.h"
+#include "common/stop.h"
 #include "learner/curriculum/curriculum_summary.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
@@ -32,12 +33,13 @@ struct RunCurriculum {
 struct StateStore {
   std::string where;  // as in checkpoint::OpenStore; empty: RUN/checkpoints
   rpc::Security security;
+  StopToken stop = {};
 };
 
 // Reads a run directory, also while training goes on. Blocks on the disk, or
 // until the store answers. NOT_FOUND: it is no run directory, or there is no
-// training state yet; INVALID_ARGUMENT: its recipe; DATA_LOSS: all its states
-// are damaged; those of the store.
+// training state yet; INVALID_ARGUMENT: its recipe; FAILED_PRECONDITION: the
+// states are of another recipe; DATA_LOSS: all are damaged; those of the store.
 absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
                                                 const Clock& clock,
                                                 const StateStore& states = {});
@@ -51,8 +53,9 @@ absl::StatusOr<RunCurriculum> ReadRunCurriculum(const std::string& run,
 //             worst_success
 //   clips     the `hardest` ones that starts are drawn from, hardest first:
 //             name, visits, failures, failure_rate, probability,
-//             tracking_error_mm (running mean over the episodes that began
-//             there, of each one's mean body distance; null: none did),
+//             tracking_error_mm (of a bin: mean body distance of about the
+//             last ten episodes that began there, null: none did; of a clip:
+//             the mean over its bins by the episodes that began in each),
 //             last_seen, evaluations, failed_evaluations, failed_latest,
 //             succeeded_share, mean_error_mm (the last three null: never
 //             evaluated)

@@ -64,7 +64,8 @@ absl::StatusOr<std::unique_ptr<const world::FallenStates>> MakeFallenStates(
 // One start from each of the subject's fallen states (actor::FallenStarts), of
 // the policy and of the zero action. Same inputs, same bits, however many
 // threads. Blocking and errors: those of RunStarts; FAILED_PRECONDITION: the
-// subject has no fallen states, or no clip of its library is fit for it.
+// subject has no fallen states; NOT_FOUND: no clip of its library is fit for
+// it.
 absl::StatusOr<FallenEvaluation> EvaluateFallen(const Subject& subject,
                                                 int threads,
                                                 const StopToken& stop);

@@ -225,7 +225,7 @@ TEST(FallenFigures, NeedAClipThatIsFitForIt) {
   ASSERT_THAT(subject, IsOk());
 
   EXPECT_THAT(EvaluateFallen(*subject, /*threads=*/1, StopToken()),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
+              StatusIs(absl::StatusCode::kNotFound,
                        HasSubstr("expected a clip of at least 76 frames")));
 }
 

@@ -55,6 +55,7 @@ Json Rows(const std::vector<SampleRow>& rows) {
                      {"seconds", row.seconds},
                      {"began_upright", row.began_upright},
                      {"upright", row.upright},
+                     {"ever_upright", row.ever_upright},
                      {"diverged", row.diverged},
                      {"end_height_share", Number(row.end_height)},
                      {"root_distance_m", Number(row.root_distance)},

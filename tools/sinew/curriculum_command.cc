@@ -22,13 +22,15 @@ struct CurriculumOptions {
 };
 
 absl::Status RunCurriculumCommand(const CurriculumOptions& options,
-                                  const StopToken&) {
+                                  const StopToken& stop) {
   const SystemClock clock;
+  StateStore states = options.states;
+  states.stop = stop;
   SINEW_ASSIGN_OR_RETURN(const RunCurriculum curriculum,
                          ReadRunCurriculum(options.states.where.empty()
                                                ? FolderWithState(options.run)
                                                : options.run,
-                                           clock, options.states));
+                                           clock, states));
   for (const std::string& warning : curriculum.warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }

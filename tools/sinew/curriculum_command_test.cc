@@ -24,6 +24,7 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::RunCommand;
 using Json = nlohmann::json;
@@ -82,8 +83,10 @@ class CurriculumCommand : public ::testing::Test {
     return state;
   }
 
-  void SaveState(int64_t iteration,
-                 const std::string& file = "state.pb") const {
+  void SaveState(int64_t iteration, const std::string& file = "state.pb",
+                 const std::string& recipe_sha256 = "") const {
+    v1::TrainingState state = State(iteration);
+    state.set_recipe_sha256(recipe_sha256);
     const auto store = checkpoint::OpenStore(JoinPath(Run(), "checkpoints"),
                                              checkpoint::StoreAccess::kWrite,
                                              rpc::Security(), clock_);
@@ -93,7 +96,7 @@ class CurriculumCommand : public ::testing::Test {
     record.set_kind("state");
     ASSERT_THAT(PutFiles(**store, record,
                          {{file, std::make_shared<const std::string>(
-                                     State(iteration).SerializeAsString())}}),
+                                     state.SerializeAsString())}}),
                 IsOk());
     ASSERT_THAT((*store)->SetAlias("latest", record.id()), IsOk());
   }
@@ -126,6 +129,25 @@ TEST_F(CurriculumCommand, ReadsStatesThatAreKeptElsewhere) {
 
   ASSERT_THAT(output, IsOk());
   EXPECT_EQ(Json::parse(*output)["iteration"], 4);
+}
+
+TEST_F(CurriculumCommand, NamesAStoreThatHasNothingOfTheRun) {
+  WriteConfig();
+  const std::string empty = JoinPath(folder_->path(), "empty");
+  ASSERT_THAT(MakeDirectories(empty), IsOk());
+
+  EXPECT_THAT(Output(absl::StrCat(" --checkpoint ", empty)),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr(absl::StrCat("a training state in ", empty))));
+}
+
+TEST_F(CurriculumCommand, RefusesStatesOfAnotherRecipe) {
+  WriteConfig();
+  SaveState(4, "state.pb", "0123");
+
+  EXPECT_THAT(Output(), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                 AllOf(HasSubstr("config.textproto"),
+                                       HasSubstr("another run's (0123)"))));
 }
 
 TEST_F(CurriculumCommand, ShowsTheTableOfTheNewestState) {

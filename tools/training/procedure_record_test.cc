@@ -77,6 +77,22 @@ TEST(ProcedureRecord, IsReadBackAsItWasWritten) {
   EXPECT_EQ(found->Finished()[0].failed, record.stages[0].finished->failed);
 }
 
+TEST(ProcedureRecord, MayBeOfAVersionThatDidNotCountWhoGetsUp) {
+  ProcedureRecord record = MakeRecord();
+  record.stages[0].recovered.reset();
+
+  const auto found = ParseProcedure(PrintProcedure(record), "file");
+
+  ASSERT_THAT(found, IsOk());
+  EXPECT_TRUE(found->stages[0].finished.has_value());
+  EXPECT_EQ(found->stages[0].recovered, std::nullopt);
+  std::string text = PrintProcedure(MakeRecord());
+  EXPECT_THAT(
+      ParseProcedure(
+          absl::StrReplaceAll(text, {{"\"within_3_s\"", "\"soon\""}}), "file"),
+      StatusIs(absl::StatusCode::kDataLoss, HasSubstr("file")));
+}
+
 TEST(ProcedureRecord, KeepsWhyItIsOver) {
   ProcedureRecord record = MakeRecord();
   record.stages.pop_back();

@@ -242,11 +242,20 @@ absl::StatusOr<evaluation::EvaluationFigures> ProcedureRun::Evaluate(
   options.starts = options_.recipe.evaluation().starts();
   options.seconds = options_.recipe.evaluation().seconds();
   options.threads = options_.cores;
+  const auto evaluate = [&] {
+    return steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
+                           StagePath(stage, kEvaluation), options);
+  };
   if (recipe.task().recovery().fallen_share() > 0) {
     options.fallen = kProcedureFallenStarts;
+    auto figures = evaluate();
+    if (!absl::IsNotFound(figures.status())) return figures;
+    // No clip to stand up beside: then the stage goes on without this figure.
+    LogWarning("fallen starts are not evaluated",
+               {{"reason", figures.status().message()}});
+    options.fallen.reset();
   }
-  return steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
-                         StagePath(stage, kEvaluation), options);
+  return evaluate();
 }
 
 absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
@@ -311,8 +320,8 @@ absl::Status RunProcedure(const TrainingRun::Options& options,
   SINEW_ASSIGN_OR_RETURN(ProcedureInputs inputs, ReadInputs(options));
   SINEW_ASSIGN_OR_RETURN(std::unique_ptr<RunFolder> folder,
                          RunFolder::Open(options.directory, options.recipe));
-  SINEW_RETURN_IF_ERROR(folder->WriteConfig(
-      options.recipe, RunFolder::HasState(options.directory)));
+  // Its states are in the folder, where Open has looked.
+  SINEW_RETURN_IF_ERROR(folder->WriteConfig(options.recipe, ""));
   ProcedureRun run(options, steps, stop, std::move(inputs), std::move(folder));
   SINEW_RETURN_IF_ERROR(run.Load());
   return run.Run();

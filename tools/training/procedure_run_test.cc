@@ -85,6 +85,24 @@ TEST_F(ProcedureRunTest, CountsWhoGetsUpWhereAStageStartsOnTheFloor) {
   EXPECT_EQ(record.stages[4].recovered->within_5_s, 0.5);
 }
 
+TEST_F(ProcedureRunTest, GoesOnWhereNoClipIsFitToGetUpBeside) {
+  MadeUpSteps steps;
+  options_.recipe.mutable_task()->mutable_recovery()->set_fallen_share(0.25);
+  ProcedureSteps made = steps.Steps();
+  made.evaluate = [evaluate = made.evaluate](
+                      const auto& bundle, const auto& motions, const auto& out,
+                      const auto& options)
+      -> absl::StatusOr<evaluation::EvaluationFigures> {
+    if (options.fallen) return absl::NotFoundError("expected a clip of");
+    return evaluate(bundle, motions, out, options);
+  };
+
+  ASSERT_THAT(RunProcedure(options_, made, steps.token()), IsOk());
+
+  EXPECT_THAT(Record().stages, SizeIs(5));
+  EXPECT_EQ(Record().stages[4].recovered, std::nullopt);
+}
+
 TEST_F(ProcedureRunTest, GoesOnFromAStageThatEndedAtItsPlateau) {
   MadeUpSteps steps;
   steps.SetPlateauStage("00_primitive_0");

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/config/message_differences.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/status_macros.h"
 
 namespace sinew::tools {
@@ -24,9 +25,19 @@ absl::StatusOr<std::unique_ptr<RunFolder>> RunFolder::Open(
 }
 
 absl::Status RunFolder::WriteConfig(const v1::Recipe& recipe,
-                                    bool has_state) const {
-  if (has_state) SINEW_RETURN_IF_ERROR(CheckSameRecipe(recipe));
-  return WriteFileAtomically(config(), PrintRecipe(recipe));
+                                    const std::string& trained_with) const {
+  const std::string text = PrintRecipe(recipe);
+  if (trained_with.empty() || trained_with == Sha256Hex(text)) {
+    return WriteFileAtomically(config(), text);
+  }
+  // Which fields differ, if the folder knows.
+  SINEW_RETURN_IF_ERROR(CheckSameRecipe(recipe));
+  return absl::InvalidArgumentError(absl::StrCat(
+      path_,
+      ": expected the recipe of the training state that it goes on from "
+      "(SHA-256 ",
+      trained_with, "), found another one (", Sha256Hex(text),
+      "); give the same one, or another place for the states"));
 }
 
 bool RunFolder::HasState(const std::string& path) {

@@ -36,9 +36,12 @@ class RunFolder {
   static absl::StatusOr<std::unique_ptr<RunFolder>> Open(
       const std::string& path, const v1::Recipe& recipe);
 
-  // Writes the configuration. With states, wherever they are kept, the one that
-  // is there must be the same.
-  absl::Status WriteConfig(const v1::Recipe& recipe, bool has_state) const;
+  // Writes the configuration. `trained_with`: SHA-256 of the recipe
+  // (PrintRecipe) of the states, wherever they are kept, that the run goes on
+  // from; empty: there are none. INVALID_ARGUMENT, with nothing written, if the
+  // recipe is another one.
+  absl::Status WriteConfig(const v1::Recipe& recipe,
+                           const std::string& trained_with) const;
 
   // Whether a training state lies in the folder of a run at `path`, or in a
   // stage of a procedure there.

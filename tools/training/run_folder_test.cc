@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "common/testing/matchers.h"
@@ -30,12 +31,15 @@ v1::Recipe MakeRecipe(int epochs) {
   return WithDefaults(recipe);
 }
 
-// Opens the folder and writes the recipe, as a run does whose states lie in it
-// or, `has_state`, elsewhere.
-absl::Status Begin(const std::string& run, int epochs, bool has_state = false) {
+// Opens the folder and writes the recipe, as a run does; with states elsewhere
+// of the recipe of `trained_epochs`, if that is not 0.
+absl::Status Begin(const std::string& run, int epochs, int trained_epochs = 0) {
   SINEW_ASSIGN_OR_RETURN(const auto folder,
                          RunFolder::Open(run, MakeRecipe(epochs)));
-  return folder->WriteConfig(MakeRecipe(epochs), has_state);
+  const std::string trained_with =
+      trained_epochs > 0 ? Sha256Hex(PrintRecipe(MakeRecipe(trained_epochs)))
+                         : "";
+  return folder->WriteConfig(MakeRecipe(epochs), trained_with);
 }
 
 std::string ConfigOf(const std::string& run) {
@@ -79,12 +83,23 @@ TEST(RunFolderTest, KeepsTheConfigurationOfStatesThatAreElsewhere) {
   const std::string run = NewRun("elsewhere");
   ASSERT_THAT(Begin(run, 2), IsOk());
 
-  EXPECT_THAT(Begin(run, 3, /*has_state=*/true),
+  EXPECT_THAT(Begin(run, 3, /*trained_epochs=*/2),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(run), HasSubstr("ppo.epochs: 2 -> 3"))));
 
   EXPECT_EQ(ConfigOf(run), PrintRecipe(MakeRecipe(2)));
-  EXPECT_THAT(Begin(run, 2, /*has_state=*/true), IsOk());
+  EXPECT_THAT(Begin(run, 2, /*trained_epochs=*/2), IsOk());
+}
+
+TEST(RunFolderTest, IsNotSpoiltByAWrongRecipeForStatesElsewhere) {
+  const std::string run = NewRun("new");
+
+  EXPECT_THAT(Begin(run, 3, /*trained_epochs=*/2),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected the recipe of the training state")));
+
+  EXPECT_EQ(ConfigOf(run), "none");
+  EXPECT_THAT(Begin(run, 2, /*trained_epochs=*/2), IsOk());
 }
 
 TEST(RunFolderTest, TakesAnotherRecipeWhileThereAreNone) {

@@ -53,6 +53,7 @@ absl::Status AddFallenStates(const v1::Recipe& recipe,
 absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
                                   const std::string& character_name,
                                   const std::string& motions,
+                                  const MappedFile& frames,
                                   const KeptFallenStates& kept) {
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<character::Character> character,
@@ -63,8 +64,7 @@ absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
   assets["recipe"] = PrintRecipe(recipe);
   SINEW_ASSIGN_OR_RETURN(assets["library"],
                          ReadFile(JoinPath(motions, "manifest.json")));
-  SINEW_ASSIGN_OR_RETURN(assets["frames"],
-                         ReadFile(JoinPath(motions, kFramesFile)));
+  assets["frames"] = std::string(frames.bytes());
   SINEW_RETURN_IF_ERROR(AddFallenStates(recipe, *character, kept, &assets));
   return assets;
 }
@@ -92,12 +92,12 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& character,
                                     const std::string& motions,
                                     const KeptFallenStates& kept) {
-  SINEW_ASSIGN_OR_RETURN(auto assets,
-                         MakeAssets(recipe, character, motions, kept));
-  TaskSetup setup;
-  // What actors get is read into memory; this process uses the file.
+  // This process uses the file; actors get a copy of it.
   SINEW_ASSIGN_OR_RETURN(const std::shared_ptr<const MappedFile> frames,
                          MappedFile::Open(JoinPath(motions, kFramesFile)));
+  SINEW_ASSIGN_OR_RETURN(auto assets,
+                         MakeAssets(recipe, character, motions, *frames, kept));
+  TaskSetup setup;
   SINEW_ASSIGN_OR_RETURN(
       setup.library,
       motion::Library::FromMapped(assets["library"], frames, motions));
@@ -105,9 +105,8 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,
       actor::RolloutAssets::Create(assets["character"], assets["model"],
-                                   assets["library"], assets["frames"],
-                                   assets["recipe"], Optional(assets, "fallen"),
-                                   frames));
+                                   assets["library"], frames, assets["recipe"],
+                                   Optional(assets, "fallen")));
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();

@@ -99,8 +99,10 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   SINEW_ASSIGN_OR_RETURN(store_,
                          RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(LoadState());
+  // A compact state may go on with another recipe.
   const bool has_own_state = state_.has_value() && !moved_assets_;
-  SINEW_RETURN_IF_ERROR(folder_->WriteConfig(options_.recipe, has_own_state));
+  SINEW_RETURN_IF_ERROR(folder_->WriteConfig(
+      options_.recipe, has_own_state ? state_->counters.recipe_sha256() : ""));
   SINEW_RETURN_IF_ERROR(CheckAssets(setup));
   SINEW_ASSIGN_OR_RETURN(
       std::vector<v1::RunInputs::Source> sources,

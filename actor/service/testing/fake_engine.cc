@@ -24,8 +24,7 @@ class FakeEngine::FakeWorker : public Engine::Worker {
 };
 
 absl::StatusOr<Engine::AssetsPtr> FakeEngine::LoadAssets(
-    const std::map<std::string, Blob>& by_role,
-    std::shared_ptr<const MappedFile> /*frames*/) {
+    const std::map<std::string, SharedBytes>& by_role) {
   if (!by_role.contains("model")) {
     return absl::InvalidArgumentError("assets: expected a model");
   }

@@ -21,8 +21,7 @@ class FakeEngine : public Engine {
  public:
   // Any assets with a role "model" and any snapshot bytes will do.
   absl::StatusOr<AssetsPtr> LoadAssets(
-      const std::map<std::string, Blob>& by_role,
-      std::shared_ptr<const MappedFile> frames) override;
+      const std::map<std::string, SharedBytes>& by_role) override;
   absl::StatusOr<SnapshotPtr> LoadSnapshot(const std::string& bytes,
                                            const std::string& sha256,
                                            const Assets& assets) override;

@@ -90,14 +90,15 @@ absl::StatusOr<Quaterniond> ReadQuaternion(const std::vector<double>& row,
                      vector.z() / norm);
 }
 
-absl::Status CheckRow(const std::vector<double>& row, size_t frame,
+// `timed`: whether the row says how long it lasts.
+absl::Status CheckRow(const std::vector<double>& row, size_t frame, bool timed,
                       bool is_last, absl::string_view source) {
   if (row.size() != kDeepMimicColumns) {
     return FrameError(source, frame,
                       absl::StrCat("expected ", kDeepMimicColumns,
                                    " columns, found ", row.size()));
   }
-  if (row[0] < 0 || (row[0] == 0 && !is_last)) {
+  if (timed && (row[0] < 0 || (row[0] == 0 && !is_last))) {
     return FrameError(
         source, frame,
         absl::StrCat("duration (column 0): expected > 0 seconds, found ",
@@ -165,7 +166,8 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
   for (size_t i = 0; i < file.frames.size(); ++i) {
     const std::vector<double>& row = file.frames[i];
     const bool is_last = i + 1 == file.frames.size();
-    SINEW_RETURN_IF_ERROR(CheckRow(row, i, is_last, source));
+    SINEW_RETURN_IF_ERROR(
+        CheckRow(row, i, !options.frames_per_second, is_last, source));
     SINEW_ASSIGN_OR_RETURN(SourcePose pose,
                            ReadPose(row, i, source, &clip.quaternion_drift));
     pose.time = time;

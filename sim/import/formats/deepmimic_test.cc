@@ -84,6 +84,22 @@ TEST(DeepMimic, TakesTheUsersRateForItsOwn) {
   EXPECT_DOUBLE_EQ(clip->facts.frames_per_second(), 20);
 }
 
+TEST(DeepMimic, NeedsNoTimesWhereTheUserSaysTheRate) {
+  const std::string json = Json({Row(0), Row(0), Row(0)});
+  EXPECT_THAT(ParseDeepMimic(json, "c", "dir/c.txt", {}),
+              testing::IsRefused("dir/c.txt: ", "duration (column 0)"));
+  EXPECT_THAT(ParseDeepMimic(json, "c", "dir/c.txt", {.frames_per_second = 50}),
+              IsOk());
+  // Too slow for the longest clip, and no rate at all.
+  EXPECT_THAT(
+      ParseDeepMimic(json, "c", "dir/c.txt", {.frames_per_second = 1e-4}),
+      testing::IsRefused("", "frames per second: expected"));
+  EXPECT_THAT(
+      ParseDeepMimic(Json(std::vector<std::vector<std::string>>(20, Row(0))),
+                     "c", "dir/c.txt", {.frames_per_second = 1e-3}),
+      testing::IsRefused("dir/c.txt: ", "expected at most 14400 seconds"));
+}
+
 TEST(DeepMimic, RefusesUnitsAndAxesThatTheFormatHasNot) {
   const std::string json = Json({Row(0.25), Row(0)});
   EXPECT_THAT(ParseDeepMimic(json, "c", "dir/c.txt", {.metres_per_unit = 0.5}),

@@ -15,8 +15,8 @@ using Eigen::VectorXd;
 constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e4;
 
-// The last window of a clip whose changes go on over its seam ends beyond it,
-// where the first one began.
+// The last window of a clip whose changes go on over its seam ends `overlap`
+// frames beyond it, and is the only one that passes it.
 std::vector<PoseWindow> MakeWindows(const ModelMotion& motion,
                                     const PoseFitOptions& options) {
   const int frames = motion.frames();
@@ -27,6 +27,7 @@ std::vector<PoseWindow> MakeWindows(const ModelMotion& motion,
   std::vector<PoseWindow> windows;
   for (int begin = 0, end = 0; end < all; begin = end - options.overlap) {
     end = std::min(begin + options.window, all);
+    if (all - end <= options.overlap) end = all;
     windows.push_back({.begin = begin, .frames = end - begin});
   }
   return windows;
@@ -108,6 +109,7 @@ ModelMotion FitPoses(const RoleTrack& track, const BodyMap& map,
   const mjModel& model = dynamics->model();
   ModelMotion result = motion;
   for (const PoseWindow& window : MakeWindows(motion, options)) {
+    if (options.stop.stop_requested()) break;
     const PoseTerms terms(track, map, wanted, locks, motion, window, dynamics,
                           options);
     Paste(FitWindow(terms, window, motion, model, options), window, model,

@@ -58,7 +58,8 @@ struct Retargeted {
 // Thread-safety: any thread (all state is local). Ownership: borrows its
 // arguments for the call. Blocking: seconds of computation per clip; reads the
 // maps that come with the project unless options.map is set. Memory: about
-// 4 kB a frame, and 170 MB for what is fitted at a time. Errors:
+// 4 kB a frame, and what is fitted at a time (170 MB for the humanoid, see
+// PoseFitOptions). Errors:
 // INVALID_ARGUMENT naming the map and what was expected of it, or what of the
 // character does not fit (no hips, knees or ankles); RESOURCE_EXHAUSTED: more
 // than kMaxFrames; CANCELLED: stopped, after the step that was

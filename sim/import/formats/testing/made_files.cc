@@ -66,7 +66,7 @@ struct BvhLine {
 };
 
 // Standing: x goes up the trunk, y forward and z to the left; legs hang by half
-// a turn about y, arms by half a turn about z.
+// a turn about y, collars point aside, arms hang.
 constexpr BvhLine kLafan[] = {
     {"Hips", -1, "-211.1 90.1 -345.2", "90 0 0"},
     {"LeftUpLeg", 0, "0.1 1.9 10.5", "0 180 0"},
@@ -82,12 +82,12 @@ constexpr BvhLine kLafan[] = {
     {"Spine2", 10, "12.3 0 0", "0 0 0"},
     {"Neck", 11, "25.8 0 0", "0 0 0"},
     {"Head", 12, "11.8 0 0", "0 0 0"},
-    {"LeftShoulder", 11, "19.7 -1.5 6", "0 0 0"},
-    {"LeftArm", 14, "11.3 0 0", "180 0 0"},
+    {"LeftShoulder", 11, "19.7 -1.5 6", "0 -90 180"},
+    {"LeftArm", 14, "11.3 0 0", "0 90 0"},
     {"LeftForeArm", 15, "33 0 0", "0 0 0"},
     {"LeftHand", 16, "25.2 0 0", "0 0 0"},
-    {"RightShoulder", 11, "19.7 -1.5 -6", "0 0 0"},
-    {"RightArm", 18, "11.3 0 0", "180 0 0"},
+    {"RightShoulder", 11, "19.7 -1.5 -6", "0 90 -180"},
+    {"RightArm", 18, "11.3 0 0", "0 -90 0"},
     {"RightForeArm", 19, "33 0 0", "0 0 0"},
     {"RightHand", 20, "25.2 0 0", "0 0 0"},
 };
