@@ -48,6 +48,7 @@ void KeepFiguresOfSource(const v1::ClipQuality& whole,
   edited->set_retarget_error_m(whole.retarget_error_m());
   *edited->mutable_retarget_errors() = whole.retarget_errors();
   edited->set_joint_limit_violation_share(whole.joint_limit_violation_share());
+  edited->set_self_penetration_added_m(whole.self_penetration_added_m());
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ TEST_F(ApplyEditsTest, SelfPenetrationIsThatOfThePiece) {
   // As if somewhere else in the clip the body were deep in itself.
   played.quality.set_self_penetration_max_m(own + 0.5);
   played.quality.set_retarget_error_m(0.25);
+  played.quality.set_self_penetration_added_m(0.125);
   EditOptions options;
   options.from_s = 0.2;
   options.to_s = 0.5;
@@ -94,7 +95,9 @@ TEST_F(ApplyEditsTest, SelfPenetrationIsThatOfThePiece) {
   ASSERT_THAT(Apply(options, &played), IsOk());
 
   EXPECT_NEAR(played.quality.self_penetration_max_m(), own, 1e-6);
-  EXPECT_EQ(played.quality.retarget_error_m(), 0.25);  // of the whole clip
+  // Of the whole clip.
+  EXPECT_EQ(played.quality.retarget_error_m(), 0.25);
+  EXPECT_EQ(played.quality.self_penetration_added_m(), 0.125);
 }
 
 TEST_F(ApplyEditsTest, TimesThatAreNoneAreRefusedAndChangeNothing) {

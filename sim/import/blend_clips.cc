@@ -70,6 +70,8 @@ void JoinFiguresOfSource(const Retargeted& first, const Retargeted& second,
       mean(a.joint_fit_mean_rad(), b.joint_fit_mean_rad()));
   quality->set_joint_limit_violation_share(
       mean(a.joint_limit_violation_share(), b.joint_limit_violation_share()));
+  quality->set_self_penetration_added_m(
+      std::max(a.self_penetration_added_m(), b.self_penetration_added_m()));
   quality->set_retarget_error_m(
       mean(a.retarget_error_m(), b.retarget_error_m()));
   *quality->mutable_retarget_errors() = a.retarget_errors();

@@ -27,6 +27,8 @@ constexpr Figure kFigures[] = {
     {"floating_cm", 100, [](const Quality& q) { return q.floating_mean_m(); }},
     {"self_penetration_cm", 100,
      [](const Quality& q) { return q.self_penetration_max_m(); }},
+    {"self_penetration_added_cm", 100,
+     [](const Quality& q) { return q.self_penetration_added_m(); }},
     {"airborne_percent", 100,
      [](const Quality& q) { return q.airborne_share(); }},
     {"joint_limit_violations_percent", 100,

@@ -39,6 +39,8 @@ constexpr QualityLimit kLimits[] = {
      [](const Quality& q) { return q.foot_skate_m_per_s(); }},
     {"largest depth of a body in another", "cm", 100, 4, kNever,
      [](const Quality& q) { return q.self_penetration_max_m(); }},
+    {"depth of a body in another beyond the source's", "cm", 100, 3, kNever,
+     [](const Quality& q) { return q.self_penetration_added_m(); }},
     {"gap where the loop closes", "cm", 100, 8, 40,
      [](const Quality& q) { return q.loop_seam_m(); }},
     {"peak torque over its limit", "x", 1, 3, kNever,

@@ -137,6 +137,25 @@ std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
   return frames;
 }
 
+std::vector<double> SelfDepths(Dynamics* dynamics, const ModelMotion& motion) {
+  const SelfContacts self(dynamics->import_model());
+  std::vector<double> depths;
+  for (const VectorXd& qpos : motion.qpos) {
+    dynamics->SetPose(qpos);
+    depths.push_back(self.Deepest(dynamics->data()));
+  }
+  return depths;
+}
+
+double LargestRise(const std::vector<double>& before,
+                   const std::vector<double>& after) {
+  double rise = 0;
+  for (size_t t = 0; t < after.size(); ++t) {
+    rise = std::max(rise, after[t] - before[t]);
+  }
+  return rise;
+}
+
 v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
                                const std::vector<FrameDynamics>& frames) {
   const ImportModel& model = dynamics->import_model();
@@ -161,12 +180,8 @@ v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
       floating += std::max(0.0, frame.lowest);
     }
   }
-  const SelfContacts self(model);
-  double deepest = 0;
-  for (const VectorXd& qpos : motion.qpos) {
-    dynamics->SetPose(qpos);
-    deepest = std::max(deepest, self.Deepest(dynamics->data()));
-  }
+  const std::vector<double> depths = SelfDepths(dynamics, motion);
+  const double deepest = *std::max_element(depths.begin(), depths.end());
   const double count = static_cast<double>(frames.size());
   v1::ClipQuality quality;
   quality.set_residual_force_bodyweights(force / count);

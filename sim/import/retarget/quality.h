@@ -51,6 +51,8 @@ namespace sinew::import {
 //   exceeds by more than a degree (FitMotion); of robot clips that of the
 //   clip's own angles.
 // retarget_error_m, retarget_errors: MeasureRetargetError.
+// self_penetration_added_m: LargestRise of SelfDepths, from the motion that has
+//   the source's joint angles to the one that was made of it.
 
 // A foot touches the floor in a frame if one of its points is no higher than
 // this and slower than kContactSpeed, metres.
@@ -75,6 +77,13 @@ struct FrameDynamics {
 // All frames of a motion.
 std::vector<FrameDynamics> AnalyseMotion(Dynamics* dynamics,
                                          const ModelMotion& motion);
+
+// Depth of SelfContacts in each frame, m.
+std::vector<double> SelfDepths(Dynamics* dynamics, const ModelMotion& motion);
+
+// max over t of after[t] - before[t], 0 if it never rises. Of equal lengths.
+double LargestRise(const std::vector<double>& before,
+                   const std::vector<double>& after);
 
 v1::ClipQuality MeasureQuality(Dynamics* dynamics, const ModelMotion& motion,
                                const std::vector<FrameDynamics>& frames);

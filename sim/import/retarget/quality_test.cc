@@ -52,6 +52,11 @@ class QualityTest : public testing::HumanoidFixture {
   }
 };
 
+TEST(LargestRise, IsThatOfOneFrame) {
+  EXPECT_DOUBLE_EQ(LargestRise({0.1, 0.2, 0.0}, {0.0, 0.25, 0.02}), 0.05);
+  EXPECT_EQ(LargestRise({0.1, 0.2}, {0.1, 0.1}), 0);
+}
+
 TEST_F(QualityTest, FeetThatStandDoNotSkate) {
   const v1::ClipQuality quality = Measure(Still(Standing()));
   EXPECT_EQ(quality.foot_skate_m_per_s(), 0);

@@ -114,6 +114,7 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   result.retiming = track.retiming;
   result.source_parents = track.parent;
   Dynamics dynamics(model);
+  const std::vector<double> depths = SelfDepths(&dynamics, result.motion);
   const std::vector<bool> supported =
       PlacePoses(track, map, options.stop, &dynamics, &result);
   SINEW_RETURN_IF_ERROR(CheckStop(options));
@@ -124,6 +125,8 @@ absl::StatusOr<Retargeted> RetargetClip(const ImportModel& model,
   quality.set_joint_fit_max_rad(fit.max_rad);
   quality.set_joint_fit_mean_rad(fit.mean_rad);
   quality.set_joint_limit_violation_share(cut_share);
+  quality.set_self_penetration_added_m(
+      LargestRise(depths, SelfDepths(&dynamics, result.motion)));
   MeasureRetargetError(track, map, result.source_joints, result.motion,
                        &dynamics, &quality);
   return result;

@@ -126,6 +126,13 @@ TEST_P(RetargetTest, LimbsGoWhereTheSourceHasThem) {
   EXPECT_THAT(roles, Contains("right_wrist"));
 }
 
+TEST_P(RetargetTest, PutsNoBodyIntoAnotherThatTheSourceHasNotThere) {
+  const Retargeted played = Play({});
+  EXPECT_LT(played.quality.self_penetration_added_m(), 0.005);
+  EXPECT_LE(played.quality.self_penetration_added_m(),
+            played.quality.self_penetration_max_m() + 1e-9);
+}
+
 TEST_P(RetargetTest, FeetThatStandStayWhereTheyAre) {
   const Retargeted played = Play({});
   EXPECT_LT(played.quality.foot_skate_m_per_s(), 0.01);

@@ -164,12 +164,15 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   motion.cycle = track.cycle;
   const double beyond = FillPoses(model, columns, track, &motion);
   Dynamics dynamics(model);
+  const std::vector<double> depths = SelfDepths(&dynamics, motion);
   std::vector<bool> supported = FindSupport(&dynamics, motion);
   if (IsOffTheFloor(&dynamics, supported, motion)) {
     supported = PlaceOnFloor(&dynamics, &motion);
   }
   SINEW_RETURN_IF_ERROR(Settle(options, supported, &dynamics, &result));
   result.quality.set_joint_limit_violation_share(beyond);
+  result.quality.set_self_penetration_added_m(
+      LargestRise(depths, SelfDepths(&dynamics, motion)));
   return result;
 }
 
