@@ -2,6 +2,7 @@
 #define SINEW_TOOLS_MOTION_REPORT_MOTION_REPORT_H_
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,9 @@
 namespace sinew::motion_report {
 
 struct MotionReportOptions {
-  // Clips that get a strip of pictures, rejected and warned ones first; drawing
-  // without a GPU takes half a second each.
-  int pictures = 24;
+  // At most so many clips get a strip of pictures, rejected and warned ones
+  // first; drawing without a GPU takes half a second each.
+  int pictures = std::numeric_limits<int>::max();
   // Trajectories for the viewer take at most so much of the page, in the same
   // order; further clips say how to see them.
   double trajectory_megabytes = 60;

@@ -44,7 +44,7 @@ void AddMotionReport(CLI::App& motion, Action& action) {
   command->add_option("--character", options->character,
                       "name or file (default: the report's)");
   command->add_option("--pictures", options->page.pictures,
-                      "clips with pictures (default 24)");
+                      "clips with pictures (default: all)");
   command->add_option("--clips", options->page.clips,
                       "pictures and motion of these alone");
   command->add_option("--megabytes", options->page.trajectory_megabytes,

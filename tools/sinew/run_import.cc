@@ -181,7 +181,7 @@ void AddReading(CLI::App* command, ImportFlags* options) {
 void AddShowing(CLI::App* command, ImportFlags* flags) {
   command->add_option("--threads", flags->threads, "default: all processors");
   command->add_option("--pictures", flags->pictures,
-                      "clips in report.html with pictures (default 24)");
+                      "clips in report.html with pictures (default: all)");
   command->add_flag("--no-pictures", flags->no_pictures, "none of them");
   command->add_flag("--no-html", flags->no_html, "no report.html");
   command->add_flag("--report-only", flags->report_only,

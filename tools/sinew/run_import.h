@@ -2,6 +2,7 @@
 #define SINEW_TOOLS_SINEW_RUN_IMPORT_H_
 
 #include <CLI/CLI.hpp>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -35,7 +36,7 @@ struct ImportFlags {
   bool mirror = false, align = false;
   double left_out_share = 0;
   int threads = 0;
-  int pictures = 24;
+  int pictures = std::numeric_limits<int>::max();
   bool no_pictures = false, no_html = false, quiet = false;
   bool report_only = false;
 };
