@@ -49,12 +49,13 @@ absl::Status AddFallenStates(const v1::Recipe& recipe,
   return absl::OkStatus();
 }
 
-// The assets' bytes by role, as in TaskAssets.
+// The assets' bytes by role, as in TaskAssets; `frames` is the file that those
+// of its role are a copy of.
 absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
                                   const std::string& character_name,
                                   const std::string& motions,
-                                  const MappedFile& frames,
-                                  const KeptFallenStates& kept) {
+                                  const KeptFallenStates& kept,
+                                  std::shared_ptr<const MappedFile>* frames) {
   SINEW_ASSIGN_OR_RETURN(
       const std::unique_ptr<character::Character> character,
       character::Character::Load(character_name, recipe.physics()));
@@ -64,7 +65,9 @@ absl::StatusOr<Assets> MakeAssets(const v1::Recipe& recipe,
   assets["recipe"] = PrintRecipe(recipe);
   SINEW_ASSIGN_OR_RETURN(assets["library"],
                          ReadFile(JoinPath(motions, "manifest.json")));
-  assets["frames"] = std::string(frames.bytes());
+  SINEW_ASSIGN_OR_RETURN(*frames,
+                         MappedFile::Open(JoinPath(motions, kFramesFile)));
+  assets["frames"] = std::string((*frames)->bytes());
   SINEW_RETURN_IF_ERROR(AddFallenStates(recipe, *character, kept, &assets));
   return assets;
 }
@@ -93,10 +96,9 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& motions,
                                     const KeptFallenStates& kept) {
   // This process uses the file; actors get a copy of it.
-  SINEW_ASSIGN_OR_RETURN(const std::shared_ptr<const MappedFile> frames,
-                         MappedFile::Open(JoinPath(motions, kFramesFile)));
+  std::shared_ptr<const MappedFile> frames;
   SINEW_ASSIGN_OR_RETURN(auto assets,
-                         MakeAssets(recipe, character, motions, *frames, kept));
+                         MakeAssets(recipe, character, motions, kept, &frames));
   TaskSetup setup;
   SINEW_ASSIGN_OR_RETURN(
       setup.library,

@@ -164,8 +164,10 @@ Rows Turned(const Rows& rows, int by) {
   return turned;
 }
 
-TEST_P(PoseFitWindows, GiveALoopThatDoesNotDependOnWhereItBegins) {
-  if (!GetParam().loops) GTEST_SKIP() << "a line begins where it begins";
+class PoseFitLoops : public PoseFitTest,
+                     public ::testing::WithParamInterface<Windows> {};
+
+TEST_P(PoseFitLoops, DoNotDependOnWhereTheyBegin) {
   motion_.loops = true;
   motion_.cycle = {};
   const auto locks = FindLocks(supported_, motion_, dynamics_.get());
@@ -193,6 +195,12 @@ TEST_P(PoseFitWindows, GiveALoopThatDoesNotDependOnWhereItBegins) {
   // Its own ends are free.
   EXPECT_LT(Apart(whole, turned, /*from_ends=*/12), 0.006);
 }
+
+INSTANTIATE_TEST_SUITE_P(Ends, PoseFitLoops,
+                         ::testing::Values(Windows{"before", true, 25, 8},
+                                           Windows{"past", true, 26, 8},
+                                           Windows{"on", true, 22, 9}),
+                         [](const auto& info) { return info.param.name; });
 
 TEST_F(PoseFitTest, ChangesNothingOnceItIsToStop) {
   StopSource source;
