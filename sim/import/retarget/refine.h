@@ -36,6 +36,9 @@ struct RefineOptions {
   // Points below the floor per m; hinges beyond a limit per rad.
   double penetration = 20;
   double limit = 5;
+  // Bodies deeper in one another than any two are in the motion as it came, in
+  // that frame, per m.
+  double self = 20;
   // Gauss-Newton steps at most, of each window. A step that lowers the cost by
   // less than the share `converged` is the last one.
   int iterations = 60;

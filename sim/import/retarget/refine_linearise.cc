@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/types/span.h"
 #include "sim/import/retarget/refine_terms.h"
 #include "sim/motion/rotation.h"
 
@@ -64,6 +65,7 @@ void RefineTerms::Linearise(const RefineState& state,
     if (Unknown(t) >= 0) {
       AddPose(state.motion, t, equations);
       AddHeights(t, equations);
+      AddSelf(t, equations);
     }
     if (!HasNeighbours(t)) continue;
     AddSmoothness(state, t, equations);
@@ -89,6 +91,20 @@ void RefineTerms::AddPose(const ModelMotion& motion, int t,
     if (excess == 0) continue;
     diagonal[joint.dof_address] += Square(options_.limit);
     gradient[joint.dof_address] += Square(options_.limit) * excess;
+  }
+}
+
+void RefineTerms::AddSelf(int t, NormalEquations* equations) const {
+  for (const SelfContact& contact :
+       self_contacts_.Find(dynamics_->data(), self_depths_[t])) {
+    const MatrixXd deeper =
+        options_.self * contact.normal().transpose() *
+        (dynamics_->PointJacobian(contact.body[0], contact.point[0]) -
+         dynamics_->PointJacobian(contact.body[1], contact.point[1]));
+    const FrameBlock block = {Unknown(t), deeper};
+    equations->Add(absl::MakeConstSpan(&block, 1),
+                   Eigen::Matrix<double, 1, 1>(
+                       options_.self * (contact.depth - self_depths_[t])));
   }
 }
 

@@ -54,6 +54,7 @@ RefineTerms::RefineTerms(Dynamics* dynamics, const ModelMotion& original,
       held_(held),
       frames_(original.frames()),
       nv_(dynamics->model().nv),
+      self_contacts_(dynamics->import_model()),
       pose_weights_(PerCoordinate(nv_, options.position, options.height,
                                   options.rotation, options.joint)),
       force_weights_(
@@ -66,6 +67,8 @@ RefineTerms::RefineTerms(Dynamics* dynamics, const ModelMotion& original,
       here_(nv_, nv_),
       next_(nv_, nv_) {
   for (int t = 0; t < frames_; ++t) {
+    dynamics_->SetPose(original.qpos[t]);
+    self_depths_.push_back(self_contacts_.Deepest(dynamics_->data()));
     if (!HasNeighbours(t)) continue;
     const mjModel& model = dynamics_->model();
     original_change_[t] =
@@ -150,7 +153,7 @@ void RefineTerms::EvaluateFrame(const ModelMotion& motion, int t,
   dynamics_->SetPose(motion.qpos[t]);
   const int points = static_cast<int>(bearing_[t].size());
   const bool counts = Unknown(t) >= 0;
-  if (counts) frame->cost += PoseCost(motion, t);
+  if (counts) frame->cost += PoseCost(motion, t) + SelfCost(t);
   for (int i = 0; i < points; ++i) {
     const double height = dynamics_->Height(i);
     if (height <= kReach) frame->low.push_back(i);
@@ -196,6 +199,15 @@ double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
     const double q = motion.qpos[t][joint.qpos_address];
     const double excess = q - std::clamp(q, joint.lower, joint.upper);
     cost += Square(options_.limit * excess);
+  }
+  return cost;
+}
+
+double RefineTerms::SelfCost(int t) const {
+  double cost = 0;
+  for (const SelfContact& contact :
+       self_contacts_.Find(dynamics_->data(), self_depths_[t])) {
+    cost += Square(options_.self * (contact.depth - self_depths_[t]));
   }
   return cost;
 }

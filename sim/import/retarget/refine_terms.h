@@ -9,6 +9,7 @@
 #include "sim/import/retarget/model_motion.h"
 #include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/refine.h"
+#include "sim/import/retarget/self_contact.h"
 
 namespace sinew::import {
 
@@ -93,6 +94,8 @@ class RefineTerms {
   void FitForces(int t, const RefineState::Frame* near,
                  RefineState::Frame* frame) const;
   double PoseCost(const ModelMotion& motion, int t) const;
+  // Of the pose that the dynamics are in.
+  double SelfCost(int t) const;
   double SlipCost(const RefineState& state, int t) const;
   void SumCosts(RefineState* state) const;
 
@@ -100,6 +103,7 @@ class RefineTerms {
   void AddPose(const ModelMotion& motion, int t,
                NormalEquations* equations) const;
   void AddHeights(int t, NormalEquations* equations) const;
+  void AddSelf(int t, NormalEquations* equations) const;
   void AddSmoothness(const RefineState& state, int t,
                      NormalEquations* equations) const;
   void AddPhysics(const RefineState& state, int t, NormalEquations* equations);
@@ -130,6 +134,8 @@ class RefineTerms {
   const HeldFrames held_;
   const int frames_;
   const int nv_;
+  const SelfContacts self_contacts_;
+  std::vector<double> self_depths_;      // [frames] of the original, m
   const Eigen::VectorXd pose_weights_;   // [nv]
   const Eigen::VectorXd force_weights_;  // [nv]
   // [frames] second differences of the original; empty without neighbours.

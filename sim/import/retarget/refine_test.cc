@@ -15,6 +15,7 @@
 #include "sim/import/retarget/normal_equations.h"
 #include "sim/import/retarget/quality.h"
 #include "sim/import/retarget/refine_terms.h"
+#include "sim/import/retarget/self_contact.h"
 #include "sim/import/testing/humanoid_fixture.h"
 
 namespace sinew::import {
@@ -63,6 +64,35 @@ class RefineTest : public testing::HumanoidFixture {
       motion.qpos.back()[2] += floating;
     }
     return motion;
+  }
+
+  // That the slopes of the cost at `motion` are those of the equations.
+  void ExpectGradient(const ModelMotion& original, const ModelMotion& motion,
+                      const std::vector<int>& dofs) {
+    const auto bearing = FindBearingPoints(
+        dynamics_.get(), std::vector<bool>(motion.frames(), true), motion);
+    RefineTerms terms(dynamics_.get(), original, bearing, RefineOptions());
+    const RefineState state = terms.Begin(motion);
+    NormalEquations equations = terms.MakeEquations();
+    terms.Linearise(state, &equations);
+    const auto moved = [&](int dof, double size) {
+      std::vector<VectorXd> steps;
+      for (int t = 0; t < motion.frames(); ++t) {
+        steps.push_back(size * std::sin(1.7 * t + dof) *
+                        VectorXd::Unit(nv(), dof));
+      }
+      return terms.Evaluate(terms.Moved(state, steps), state).cost;
+    };
+    for (const int dof : dofs) {
+      double analytic = 0;
+      for (int t = 0; t < motion.frames(); ++t) {
+        analytic +=
+            2 * std::sin(1.7 * t + dof) * equations.gradient()[t * nv() + dof];
+      }
+      const double slope = (moved(dof, 1e-6) - moved(dof, -1e-6)) / 2e-6;
+      EXPECT_NEAR(analytic, slope, 0.02 * std::abs(slope) + 1e-3)
+          << "dof " << dof;
+    }
   }
 };
 
@@ -141,33 +171,34 @@ TEST_F(RefineTest, ContactForceDerivativeAgreesWithFiniteDifferences) {
 }
 
 TEST_F(RefineTest, GradientAgreesWithFiniteDifferencesOfTheCost) {
-  ModelMotion motion = Squat(0.004);
-  const ModelMotion original = motion;
+  const ModelMotion original = Squat(0.004);
+  ModelMotion motion = original;
   for (int t = 0; t < motion.frames(); ++t) motion.qpos[t][8] += 0.02 * t / 30;
-  const auto bearing = FindBearingPoints(
-      dynamics_.get(), std::vector<bool>(motion.frames(), true), motion);
-  RefineTerms terms(dynamics_.get(), original, bearing, RefineOptions());
-  const RefineState state = terms.Begin(motion);
-  NormalEquations equations = terms.MakeEquations();
-  terms.Linearise(state, &equations);
-  const auto moved = [&](int dof, double size) {
-    std::vector<VectorXd> steps;
-    for (int t = 0; t < motion.frames(); ++t) {
-      steps.push_back(size * std::sin(1.7 * t + dof) *
-                      VectorXd::Unit(nv(), dof));
+
+  ExpectGradient(original, motion, {0, 2, 4, 9, 20, 27});
+}
+
+TEST_F(RefineTest, GradientAgreesWhereBodiesAreInOneAnother) {
+  const ModelMotion original = Squat(0.004);
+  ModelMotion motion = original;
+  // Both upper arms against the chest.
+  std::vector<int> dofs;
+  for (size_t j = 0; j < model_.joints.size(); ++j) {
+    const std::string& name = model_.semantics[j].semantic;
+    if (name.find("shoulder_x") == std::string::npos) continue;
+    dofs.push_back(model_.joints[j].dof_address);
+    for (VectorXd& qpos : motion.qpos) {
+      qpos[model_.joints[j].qpos_address] = -0.35;
     }
-    return terms.Evaluate(terms.Moved(state, steps), state).cost;
-  };
-  for (const int dof : {0, 2, 4, 9, 20, 27}) {
-    double analytic = 0;
-    for (int t = 0; t < motion.frames(); ++t) {
-      analytic +=
-          2 * std::sin(1.7 * t + dof) * equations.gradient()[t * nv() + dof];
-    }
-    const double slope = (moved(dof, 1e-6) - moved(dof, -1e-6)) / 2e-6;
-    EXPECT_NEAR(analytic, slope, 0.02 * std::abs(slope) + 1e-3)
-        << "dof " << dof;
   }
+  ASSERT_FALSE(dofs.empty());
+  const SelfContacts self(model_);
+  dynamics_->SetPose(motion.qpos[3]);
+  ASSERT_GT(self.Deepest(dynamics_->data()), 0.02);
+  dynamics_->SetPose(original.qpos[3]);
+  ASSERT_LT(self.Deepest(dynamics_->data()), 0.001);
+
+  ExpectGradient(original, motion, dofs);
 }
 
 TEST_F(RefineTest, MakesAFloatingMotionPhysicalWithoutChangingItMuch) {
