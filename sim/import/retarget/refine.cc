@@ -62,6 +62,22 @@ ModelMotion Minimise(RefineTerms* terms, ModelMotion start,
   return std::move(state.motion);
 }
 
+// First what makes it physical, then, from there, bodies apart as well: all at
+// once it may end early, since which bodies meet changes from step to step.
+ModelMotion Refined(Dynamics* dynamics, const ModelMotion& original,
+                    const std::vector<std::vector<bool>>& bearing,
+                    ModelMotion start, const RefineOptions& options,
+                    HeldFrames held = {}) {
+  RefineOptions apart_from_bodies = options;
+  apart_from_bodies.self = 0;
+  RefineTerms first(dynamics, original, bearing, apart_from_bodies, held);
+  ModelMotion motion = Minimise(&first, std::move(start), options);
+  if (options.self == 0) return motion;
+  RefineTerms all(dynamics, original, bearing, options, held);
+  if (!all.BodiesMeet(motion)) return motion;
+  return Minimise(&all, std::move(motion), options);
+}
+
 // The order of windows is that of frames. Around a loop the last one goes on
 // over the seam to where the first one was not yet disturbed by its beginning.
 std::vector<Window> MakeWindows(const ModelMotion& motion,
@@ -127,8 +143,7 @@ ModelMotion RefineMotion(Dynamics* dynamics,
   ModelMotion motion = original;
   const std::vector<Window> windows = MakeWindows(original, options);
   if (windows.size() == 1) {
-    RefineTerms terms(dynamics, original, bearing, options);
-    motion = Minimise(&terms, original, options);
+    motion = Refined(dynamics, original, bearing, original, options);
   } else {
     for (const Window& window : windows) {
       if (options.stop.stop_requested()) break;
@@ -137,8 +152,9 @@ ModelMotion RefineMotion(Dynamics* dynamics,
       for (int t = window.begin; t < window.end; ++t) {
         bears.push_back(bearing[t % original.frames()]);
       }
-      RefineTerms terms(dynamics, part, bears, options, window.held);
-      Paste(Minimise(&terms, Cut(motion, window), options), window, &motion);
+      Paste(Refined(dynamics, part, bears, Cut(motion, window), options,
+                    window.held),
+            window, &motion);
     }
   }
   ClampHinges(dynamics->model(), &motion);

@@ -95,6 +95,7 @@ void RefineTerms::AddPose(const ModelMotion& motion, int t,
 }
 
 void RefineTerms::AddSelf(int t, NormalEquations* equations) const {
+  if (options_.self == 0) return;
   for (const SelfContact& contact :
        self_contacts_.Find(dynamics_->data(), self_depths_[t])) {
     const MatrixXd deeper =

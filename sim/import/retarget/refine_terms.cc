@@ -203,7 +203,17 @@ double RefineTerms::PoseCost(const ModelMotion& motion, int t) const {
   return cost;
 }
 
+bool RefineTerms::BodiesMeet(const ModelMotion& motion) {
+  for (int t = 0; t < frames_; ++t) {
+    if (Unknown(t) < 0) continue;
+    dynamics_->SetPose(motion.qpos[t]);
+    if (SelfCost(t) > 0) return true;
+  }
+  return false;
+}
+
 double RefineTerms::SelfCost(int t) const {
+  if (options_.self == 0) return 0;
   double cost = 0;
   for (const SelfContact& contact :
        self_contacts_.Find(dynamics_->data(), self_depths_[t])) {

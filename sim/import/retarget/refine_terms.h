@@ -58,6 +58,10 @@ class RefineTerms {
   // Chooses them again, and brings the state up to date.
   void ChooseContacts(RefineState* state);
 
+  // Whether, in a frame that is not held, two bodies are deeper in one another
+  // than any are in the original.
+  bool BodiesMeet(const ModelMotion& motion);
+
   // Equations of the frames that are not held, in order.
   NormalEquations MakeEquations() const;
   void Linearise(const RefineState& state, NormalEquations* equations);
