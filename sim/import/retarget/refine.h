@@ -57,7 +57,8 @@ struct RefineOptions {
 // all coordinates of a window of frames on the terms above. The floor's forces
 // are no unknowns: each frame takes the best ones (FitContacts) and the root
 // residual's metric accounts for their following along (variable projection).
-//   for each window:
+//   for each window, first without the term of bodies in one another, then,
+//   where they are, with it:
 //     repeat: note which points may bear; linearise every term; solve for all
 //     frames at once; accept if the sum of squares fell, else raise the
 //     damping.
