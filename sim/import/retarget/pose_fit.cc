@@ -33,9 +33,9 @@ std::vector<PoseWindow> MakeWindows(const ModelMotion& motion,
   return windows;
 }
 
-// What changes the window's poses of `original` into the fitted ones, [frames]
-// of [nv]. Each round measures the last step's cost with the equations of the
-// next one; a step that cost more is taken back and made shorter.
+// The window's poses of `original`, fitted, [frames] of [nq]. Each round
+// measures the last step's cost with the equations of the next one; a step that
+// cost more is taken back and made shorter.
 std::vector<VectorXd> FitWindow(const PoseTerms& terms,
                                 const PoseWindow& window,
                                 const ModelMotion& original,

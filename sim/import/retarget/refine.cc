@@ -68,9 +68,9 @@ ModelMotion Refined(Dynamics* dynamics, const ModelMotion& original,
                     const std::vector<std::vector<bool>>& bearing,
                     ModelMotion start, const RefineOptions& options,
                     HeldFrames held = {}) {
-  RefineOptions apart_from_bodies = options;
-  apart_from_bodies.self = 0;
-  RefineTerms first(dynamics, original, bearing, apart_from_bodies, held);
+  RefineOptions without_self = options;
+  without_self.self = 0;
+  RefineTerms first(dynamics, original, bearing, without_self, held);
   ModelMotion motion = Minimise(&first, std::move(start), options);
   if (options.self == 0) return motion;
   RefineTerms all(dynamics, original, bearing, options, held);

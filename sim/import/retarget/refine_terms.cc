@@ -67,8 +67,10 @@ RefineTerms::RefineTerms(Dynamics* dynamics, const ModelMotion& original,
       here_(nv_, nv_),
       next_(nv_, nv_) {
   for (int t = 0; t < frames_; ++t) {
-    dynamics_->SetPose(original.qpos[t]);
-    self_depths_.push_back(self_contacts_.Deepest(dynamics_->data()));
+    if (options_.self != 0) {
+      dynamics_->SetPose(original.qpos[t]);
+      self_depths_.push_back(self_contacts_.Deepest(dynamics_->data()));
+    }
     if (!HasNeighbours(t)) continue;
     const mjModel& model = dynamics_->model();
     original_change_[t] =

@@ -139,7 +139,7 @@ class RefineTerms {
   const int frames_;
   const int nv_;
   const SelfContacts self_contacts_;
-  std::vector<double> self_depths_;      // [frames] of the original, m
+  std::vector<double> self_depths_;      // [frames] of the original, m; if self
   const Eigen::VectorXd pose_weights_;   // [nv]
   const Eigen::VectorXd force_weights_;  // [nv]
   // [frames] second differences of the original; empty without neighbours.
