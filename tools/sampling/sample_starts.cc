@@ -24,22 +24,26 @@ struct ClipFrame {
   int64_t frame;
 };
 
-bool IsStanding(const BodyLaw& law, const motion::Library& library,
-                const motion::FrameView& frame) {
+bool IsStart(const BodyLaw& law, const motion::Library& library,
+             StartKind::Kind kind, const motion::FrameView& frame) {
   // Column b of a library is model body b + 1.
   const float height = frame.body_position[3 * (law.upright_body() - 1) + 2];
+  const float* velocity = frame.root_linear_velocity;
   return height >= kUprightShare * law.standing_height() &&
          std::any_of(frame.contact, frame.contact + library.num_feet(),
-                     [](float label) { return label > kBears; });
+                     [](float label) { return label > kBears; }) &&
+         (kind == StartKind::Kind::kClip ||
+          std::hypot(velocity[0], velocity[1], velocity[2]) < kStandingSpeed);
 }
 
-std::vector<ClipFrame> StandingFrames(const BodyLaw& law,
-                                      const motion::Library& library) {
+std::vector<ClipFrame> StartFrames(const BodyLaw& law,
+                                   const motion::Library& library,
+                                   StartKind::Kind kind) {
   std::vector<ClipFrame> frames;
   for (int clip = 0; clip < library.num_clips(); ++clip) {
     if (library.clip(clip).left_out()) continue;
     for (int64_t i = 0; i < library.clip(clip).num_frames(); ++i) {
-      if (IsStanding(law, library, library.frame(clip, i))) {
+      if (IsStart(law, library, kind, library.frame(clip, i))) {
         frames.push_back({.clip = clip, .frame = i});
       }
     }
@@ -61,18 +65,23 @@ SampleStart ClipState(const BodyLaw& law, const motion::Library& library,
 }
 
 absl::StatusOr<std::vector<SampleStart>> FromClips(
-    const BodyLaw& law, const motion::Library& library, int count,
-    uint64_t seed, const StopToken& stop) {
-  const std::vector<ClipFrame> frames = StandingFrames(law, library);
+    const BodyLaw& law, const motion::Library& library, StartKind::Kind kind,
+    int count, uint64_t seed, const StopToken& stop) {
+  const bool stands = kind == StartKind::Kind::kStanding;
+  const std::string flag =
+      absl::StrCat("--start ", stands ? "standing" : "clip");
+  const std::vector<ClipFrame> frames = StartFrames(law, library, kind);
   if (frames.empty()) {
-    return absl::InvalidArgumentError(
-        "--start clip: expected clips with an upright body that stands on a "
-        "foot, found none");
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag, ": expected clips with an upright body on a foot",
+        stands ? absl::StrCat(", slower than ", kStandingSpeed, " m/s") : "",
+        ", found none"));
   }
   std::vector<SampleStart> starts;
   for (int i = 0; i < count; ++i) {
     if (stop.stop_requested()) {
-      return absl::CancelledError("--start clip: stopped before its end");
+      return absl::CancelledError(
+          absl::StrCat(flag, ": stopped before its end"));
     }
     const RandomKey key = {.seed = seed,
                            .environment = static_cast<uint64_t>(i),
@@ -120,15 +129,16 @@ absl::StatusOr<std::vector<SampleStart>> FromGiven(
 
 absl::StatusOr<StartKind> ParseStart(absl::string_view text) {
   if (text == "clip") return StartKind{.kind = StartKind::Kind::kClip};
+  if (text == "standing") return StartKind{.kind = StartKind::Kind::kStanding};
   if (text == "fallen") return StartKind{.kind = StartKind::Kind::kFallen};
   StartKind kind = {.kind = StartKind::Kind::kGiven};
   const size_t colon = text.rfind(':');
   if (colon == absl::string_view::npos || colon == 0 ||
       !absl::SimpleAtod(text.substr(colon + 1), &kind.seconds) ||
       !std::isfinite(kind.seconds) || kind.seconds < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--start: expected clip, fallen or CLIP:SECONDS, found \"",
-                     text, "\""));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--start: expected clip, standing, fallen or CLIP:SECONDS, found \"",
+        text, "\""));
   }
   kind.clip = std::string(text.substr(0, colon));
   return kind;
@@ -147,7 +157,7 @@ absl::StatusOr<std::vector<SampleStart>> MakeStarts(
   if (kind.kind == StartKind::Kind::kGiven) {
     return FromGiven(law, *library, kind);
   }
-  return FromClips(law, *library, count, seed, stop);
+  return FromClips(law, *library, kind.kind, count, seed, stop);
 }
 
 }  // namespace sinew::sampling

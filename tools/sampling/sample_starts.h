@@ -15,6 +15,9 @@ namespace sinew::sampling {
 
 // A body at this share of its standing height, or above it, is upright.
 inline constexpr double kUprightShare = 0.6;
+// An upright body whose root is slower than this stands, m/s; its limbs may
+// move.
+inline constexpr double kStandingSpeed = 0.3;
 
 // A state in which samples begin.
 struct SampleStart {
@@ -22,9 +25,9 @@ struct SampleStart {
   std::vector<double> qpos, qvel;
 };
 
-// What `--start` says: "clip", "fallen" or CLIP:SECONDS.
+// What `--start` says: "clip", "standing", "fallen" or CLIP:SECONDS.
 struct StartKind {
-  enum class Kind { kClip, kFallen, kGiven };
+  enum class Kind { kClip, kStanding, kFallen, kGiven };
   Kind kind = Kind::kClip;
   std::string clip = {};  // kGiven
   double seconds = 0;     // kGiven
@@ -34,11 +37,12 @@ struct StartKind {
 absl::StatusOr<StartKind> ParseStart(absl::string_view text);
 
 // `count` >= 1 states (one for a given clip):
-//   kClip    frames drawn with Philox by (seed, index) from those frames of
-//            the library's clips, left-out ones apart, that are upright
-//            (kUprightShare) and in which a foot bears; with velocities
-//   kFallen  world::FallenStates::MakeForEvaluation: never trained on
-//   kGiven   the clip's frame nearest to that time; with velocities
+//   kClip      frames drawn with Philox by (seed, index) from those frames of
+//              the library's clips, left-out ones apart, that are upright
+//              (kUprightShare) and in which a foot bears; with velocities
+//   kStanding  from those of them that stand (kStandingSpeed)
+//   kFallen    world::FallenStates::MakeForEvaluation: never trained on
+//   kGiven     the clip's frame nearest to that time; with velocities
 // Same inputs, same states. Blocking: fallen states are simulated, about 15 ms
 // each. Errors: INVALID_ARGUMENT: clips asked for and no `library` (null), a
 // time outside of the clip, a library without such frames; NOT_FOUND: no such

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,8 +45,9 @@ struct Toy {
   }
 };
 
-TEST(ParseStart, KnowsThreeKinds) {
+TEST(ParseStart, KnowsItsKinds) {
   EXPECT_EQ(ParseStart("clip")->kind, StartKind::Kind::kClip);
+  EXPECT_EQ(ParseStart("standing")->kind, StartKind::Kind::kStanding);
   EXPECT_EQ(ParseStart("fallen")->kind, StartKind::Kind::kFallen);
 
   const auto given = ParseStart("a:b:1.5");
@@ -59,7 +62,7 @@ TEST(ParseStart, SaysWhatItExpects) {
   for (const char* text : {"", "walk", ":1", "walk:", "walk:-1", "walk:x"}) {
     EXPECT_THAT(ParseStart(text).status(),
                 StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr("clip, fallen or CLIP:SECONDS")))
+                         HasSubstr("clip, standing, fallen or CLIP:SECONDS")))
         << text;
   }
 }
@@ -97,6 +100,28 @@ TEST(MakeStarts, DrawsUprightBodiesAlone) {
   }
 }
 
+// Of clips that move faster than that as well.
+TEST(MakeStarts, DrawsStandingBodiesWhoseRootHardlyMoves) {
+  const Toy toy;
+  const auto fastest = [](const std::vector<SampleStart>& starts) {
+    double fastest = 0;
+    for (const SampleStart& start : starts) {
+      fastest = std::max(
+          fastest, std::hypot(start.qvel[0], start.qvel[1], start.qvel[2]));
+    }
+    return fastest;
+  };
+
+  const auto upright = toy.Make("clip", 32);
+  const auto standing = toy.Make("standing", 32);
+
+  ASSERT_THAT(upright, IsOk());
+  ASSERT_THAT(standing, IsOk());
+  ASSERT_THAT(*standing, SizeIs(32));
+  EXPECT_GT(fastest(*upright), kStandingSpeed);
+  EXPECT_LT(fastest(*standing), kStandingSpeed + 1e-6);
+}
+
 TEST(MakeStarts, TakesTheStateOfAGivenClip) {
   const Toy toy;
 
@@ -127,7 +152,7 @@ TEST(MakeStarts, StopsWhenItIsAskedTo) {
   StopSource source;
   source.request_stop();
 
-  for (const char* start : {"clip", "fallen"}) {
+  for (const char* start : {"clip", "standing", "fallen"}) {
     EXPECT_THAT(MakeStarts(*toy.law, toy.world.library.get(),
                            ParseStart(start).value(), 2, 0, source.get_token())
                     .status(),

@@ -45,9 +45,11 @@ void AddSampleCommand(CLI::App& app, Action& action) {
                       "samples of one start (default 4, if it divides)");
   command->add_option("--noise", options->noise,
                       "scales of the prior's standard deviation (default 1)");
-  command->add_option("--start", options->start,
-                      "clip (upright frames), fallen or CLIP:SECONDS (default: "
-                      "clip; without --motions fallen)");
+  command->add_option(
+      "--start", options->start,
+      "clip (upright frames), standing (those whose root hardly "
+      "move), fallen or CLIP:SECONDS (default: clip; without "
+      "--motions fallen)");
   command->add_option("--seed", options->seed, "of starts and noise (0)");
   command->add_option("--threads", options->threads, "default: all cores");
   command->add_option("--threshold", options->threshold,

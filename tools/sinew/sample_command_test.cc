@@ -171,7 +171,7 @@ TEST(Sample, NamesTheFlagThatIsWrong) {
   expect("--threshold 0", "--threshold: expected > 0");
   expect("--transitions 0", "--transitions: expected >= 1");
   expect("--student", "--student: expected --motions");
-  expect("--start walk", "--start: expected clip, fallen");
+  expect("--start walk", "--start: expected clip, standing, fallen");
   expect("--start clip", "--motions");
   expect("--seconds 1e6", "control steps of all samples");
 }
