@@ -128,12 +128,37 @@ void CheckMemory(const v1::Recipe& recipe, FieldChecker& check) {
                "distillation.memory.priority_exponent");
 }
 
+// 0 <= begin <= end.
+void CheckMarks(int64_t begin, int64_t end, const std::string& name,
+                FieldChecker& check) {
+  const std::string path = absl::StrCat("distillation.", name);
+  check.AtLeast(begin, 0, path + "_begin");
+  check.Require(end >= begin, path + "_end",
+                absl::StrCat(">= ", path, "_begin (", begin, ")"), end);
+}
+
+void CheckLearningRate(const v1::Distillation& distillation,
+                       FieldChecker& check) {
+  const double first = distillation.learning_rate();
+  const double final = distillation.learning_rate_final();
+  const int64_t end = distillation.rate_anneal_end();
+  check.Positive(first, "distillation.learning_rate");
+  CheckMarks(distillation.rate_anneal_begin(), end, "rate_anneal", check);
+  check.Require(final == 0 || end > 0, "distillation.rate_anneal_end",
+                "> 0, since distillation.learning_rate_final is set", end);
+  check.Require(
+      end == 0 || (final > 0 && final <= first),
+      "distillation.learning_rate_final",
+      absl::StrCat("> 0 and <= distillation.learning_rate (", first, ")"),
+      final);
+}
+
 void CheckLosses(const v1::Distillation& distillation, FieldChecker& check) {
   check.Require(distillation.form() != v1::Distillation::FORM_UNSPECIFIED &&
                     v1::Distillation::Form_IsValid(distillation.form()),
                 "distillation.form", "a known form",
                 static_cast<int>(distillation.form()));
-  check.Positive(distillation.learning_rate(), "distillation.learning_rate");
+  CheckLearningRate(distillation, check);
   check.Positive(distillation.max_gradient_norm(),
                  "distillation.max_gradient_norm");
   check.Positive(distillation.samples_per_insert(),
@@ -146,13 +171,8 @@ void CheckLosses(const v1::Distillation& distillation, FieldChecker& check) {
   check.AtLeast(distillation.kl_weight(), 0, "distillation.kl_weight");
   check.AtLeast(distillation.kl_weight_final(), 0,
                 "distillation.kl_weight_final");
-  check.AtLeast(distillation.kl_anneal_begin(), 0,
-                "distillation.kl_anneal_begin");
-  check.Require(distillation.kl_anneal_end() >= distillation.kl_anneal_begin(),
-                "distillation.kl_anneal_end",
-                absl::StrCat(">= distillation.kl_anneal_begin (",
-                             distillation.kl_anneal_begin(), ")"),
-                distillation.kl_anneal_end());
+  CheckMarks(distillation.kl_anneal_begin(), distillation.kl_anneal_end(),
+             "kl_anneal", check);
   check.AtLeast(distillation.continuity_weight(), 0,
                 "distillation.continuity_weight");
 }
@@ -170,6 +190,9 @@ void CheckExcluded(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(!ppo.bfloat16(), "ppo.bfloat16", kUnused, ppo.bfloat16());
   check.Require(ppo.kl_target() == 0, "ppo.kl_target", kUnused,
                 ppo.kl_target());
+  check.Require(ppo.value_warmup_iterations() == 0,
+                "ppo.value_warmup_iterations", kUnused,
+                ppo.value_warmup_iterations());
   check.Require(ppo.anneal().success_share() == 0, "ppo.anneal.success_share",
                 kUnused, ppo.anneal().success_share());
   check.Require(ppo.anneal().stall_evaluations() == 0,

@@ -62,6 +62,14 @@ TEST(Imitation, HasTheDefaultsOfItsComments) {
   EXPECT_THAT(WithDefaults(recipe), EqualsProto(recipe));
 }
 
+TEST(Imitation, HasAFinalRateWhereTheRateFallsAlone) {
+  EXPECT_EQ(MakeStudent().distillation().learning_rate_final(), 0);
+  EXPECT_EQ(MakeStudent({"distillation.rate_anneal_end=9"})
+                .distillation()
+                .learning_rate_final(),
+            5e-4);
+}
+
 TEST(Imitation, KeepsWhatIsSetWhenFillingDefaults) {
   const v1::Recipe recipe = MakeStudent(
       {"distillation.kl_weight=0", "distillation.kl_weight_final=0",
@@ -168,6 +176,23 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Violation{{"distillation.learning_rate=-1"},
                   "distillation.learning_rate: expected > 0, found -1"},
+        Violation{{"distillation.learning_rate_final=-1",
+                   "distillation.rate_anneal_end=9"},
+                  "distillation.learning_rate_final: expected > 0 and <= "
+                  "distillation.learning_rate (0.0005), found -1"},
+        Violation{{"distillation.learning_rate_final=6e-4",
+                   "distillation.rate_anneal_end=9"},
+                  "distillation.learning_rate_final: expected > 0 and <= "
+                  "distillation.learning_rate (0.0005), found 0.0006"},
+        Violation{{"distillation.learning_rate_final=1e-4"},
+                  "distillation.rate_anneal_end: expected > 0, since "
+                  "distillation.learning_rate_final is set, found 0"},
+        Violation{{"distillation.rate_anneal_begin=-1"},
+                  "distillation.rate_anneal_begin: expected >= 0, found -1"},
+        Violation{{"distillation.rate_anneal_begin=10",
+                   "distillation.rate_anneal_end=9"},
+                  "distillation.rate_anneal_end: expected >= "
+                  "distillation.rate_anneal_begin (10), found 9"},
         Violation{{"distillation.samples_per_insert=-1"},
                   "distillation.samples_per_insert: expected > 0, found -1"},
         Violation{{"distillation.samples_per_insert=1025"},
@@ -220,6 +245,9 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"ppo.kl_target=0.04"},
                   "ppo.kl_target: expected unset, since ppo is unused where "
                   "distillation is set, found 0.04"},
+        Violation{{"ppo.value_warmup_iterations=5"},
+                  "ppo.value_warmup_iterations: expected unset, since ppo is "
+                  "unused where distillation is set, found 5"},
         Violation{{"evaluation.interval=10", "ppo.anneal.success_share=0.5"},
                   "ppo.anneal.success_share: expected unset, since ppo is "
                   "unused where distillation is set, found 0.5"}));

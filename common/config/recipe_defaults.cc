@@ -180,6 +180,11 @@ void FillDistillation(v1::Distillation& distillation) {
   FillAction(*distillation.mutable_teacher_action());
   SINEW_DEFAULT(distillation, form, v1::Distillation::FORM_CODE);
   SINEW_DEFAULT(distillation, learning_rate, 5e-4);
+  // Only where it falls: other recipes print as they always did.
+  if (distillation.rate_anneal_end() > 0) {
+    SINEW_DEFAULT(distillation, learning_rate_final,
+                  distillation.learning_rate());
+  }
   SINEW_DEFAULT(distillation, max_gradient_norm, 50);
   SINEW_DEFAULT(distillation, minibatch, 2048);
   SINEW_DEFAULT(distillation, samples_per_insert, 4);

@@ -10,9 +10,9 @@
 #include "common/config/recipe.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_macros.h"
+#include "learner/distillation/annealing.h"
 #include "learner/distillation/distillation_networks.h"
 #include "learner/distillation/distillation_update.h"
-#include "learner/distillation/kl_weight.h"
 #include "learner/distillation/labeller.h"
 #include "learner/distillation/labels.h"
 #include "learner/distillation/student_networks.h"
@@ -114,7 +114,7 @@ class Distillation final : public DistillationLearner {
   }
 
   double learning_rate() const {
-    return recipe_.distillation().learning_rate() *
+    return LearningRate(recipe_.distillation(), memory_.inserted_rows()) *
            running_.learning_rate_factor;
   }
   DistillationSettings Settings() const {

@@ -86,7 +86,8 @@ TEST(DistillationLearner, HasTheSameBitsWhateverTheNumberOfRanks) {
 TEST(DistillationLearner, GoesOnAfterALoadAsIfItHadNotStopped) {
   const v1::Recipe recipe = StudentRecipe(
       "distillation { memory { selector: SELECTOR_PRIORITISED } "
-      "kl_weight: 0.01 kl_anneal_end: 400 }");
+      "kl_weight: 0.01 kl_anneal_end: 400 "
+      "learning_rate_final: 5e-4 rate_anneal_end: 400 }");
   SyntheticTeacher teacher;
   const auto learner = MakeStudentLearner(recipe, teacher);
   for (int i = 0; i < 2; ++i) UpdateOnce(*learner, i);
@@ -104,6 +105,20 @@ TEST(DistillationLearner, GoesOnAfterALoadAsIfItHadNotStopped) {
     UpdateOnce(*one, 2);
   }
   EXPECT_EQ(Bits(*resumed), Bits(*learner));
+}
+
+// Of 128 rows an iteration.
+TEST(DistillationLearner, LearnsAtARateThatFallsWithTheRowsBefore) {
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(
+      StudentRecipe("distillation { learning_rate_final: 5e-5 "
+                    "rate_anneal_begin: 128 rate_anneal_end: 384 }"),
+      teacher);
+
+  EXPECT_EQ(UpdateOnce(*learner, 0).policy_learning_rate, 5e-3);
+  EXPECT_EQ(UpdateOnce(*learner, 1).policy_learning_rate, 5e-3);
+  EXPECT_NEAR(UpdateOnce(*learner, 2).policy_learning_rate, 5e-4, 1e-12);
+  EXPECT_EQ(UpdateOnce(*learner, 3).policy_learning_rate, 5e-5);
 }
 
 TEST(DistillationLearner, GivesTheSameAfterAPrepareAsWithoutOne) {

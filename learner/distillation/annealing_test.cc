@@ -1,4 +1,4 @@
-#include "learner/distillation/kl_weight.h"
+#include "learner/distillation/annealing.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,10 @@ v1::Distillation Annealed(int64_t begin, int64_t end) {
   recipe.set_kl_weight_final(0.001);
   recipe.set_kl_anneal_begin(begin);
   recipe.set_kl_anneal_end(end);
+  recipe.set_learning_rate(8e-4);
+  recipe.set_learning_rate_final(1e-4);
+  recipe.set_rate_anneal_begin(10 * begin);
+  recipe.set_rate_anneal_end(10 * end);
   return recipe;
 }
 
@@ -27,6 +31,26 @@ TEST(KlWeight, FallsLinearlyBetweenItsMarks) {
 
 TEST(KlWeight, IsTheFinalOneFromTheStartByDefault) {
   EXPECT_DOUBLE_EQ(KlWeight(Annealed(0, 0), 0), 0.001);
+}
+
+TEST(LearningRate, FallsByEqualFactorsBetweenItsMarks) {
+  const v1::Distillation recipe = Annealed(1000, 2500);
+
+  EXPECT_EQ(LearningRate(recipe, 0), 8e-4);
+  EXPECT_EQ(LearningRate(recipe, 10000), 8e-4);
+  // An eighth in all: a half after a third of the way.
+  EXPECT_NEAR(LearningRate(recipe, 15000), 4e-4, 1e-12);
+  EXPECT_NEAR(LearningRate(recipe, 20000), 2e-4, 1e-12);
+  EXPECT_EQ(LearningRate(recipe, 25000), 1e-4);
+  EXPECT_EQ(LearningRate(recipe, 1 << 30), 1e-4);
+}
+
+TEST(LearningRate, StaysWithoutMarks) {
+  v1::Distillation recipe;
+  recipe.set_learning_rate(8e-4);
+
+  EXPECT_EQ(LearningRate(recipe, 0), 8e-4);
+  EXPECT_EQ(LearningRate(recipe, 1 << 30), 8e-4);
 }
 
 }  // namespace
