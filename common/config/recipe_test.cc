@@ -160,6 +160,11 @@ INSTANTIATE_TEST_SUITE_P(
                   "\"Walk it\""},
         Violation{{"device=tpu"},
                   "device: expected \"cpu\" or \"cuda\", found \"tpu\""},
+        Violation{{"ppo.value_warmup_iterations=-1"},
+                  "ppo.value_warmup_iterations: expected >= 0, found -1"},
+        Violation{{"ppo.value_warmup_iterations=5", "max_iterations=5"},
+                  "max_iterations: expected > ppo.value_warmup_iterations (5), "
+                  "or the policy would never learn, found 5"},
         Violation{{"max_minutes=-1"}, "max_minutes: expected >= 0, found -1"},
         Violation{{"task.action.scale=-1"},
                   "task.action.scale: expected > 0, found -1"},

@@ -194,6 +194,8 @@ void CheckPpo(const v1::Ppo& ppo, FieldChecker& check) {
   check.Positive(ppo.max_gradient_norm(), "ppo.max_gradient_norm");
   check.AtLeast(ppo.entropy_weight(), 0, "ppo.entropy_weight");
   check.AtLeast(ppo.kl_target(), 0, "ppo.kl_target");
+  check.AtLeast(ppo.value_warmup_iterations(), 0,
+                "ppo.value_warmup_iterations");
   const v1::Anneal& anneal = ppo.anneal();
   check.Within(anneal.success_share(), 0, 1, "ppo.anneal.success_share");
   check.AtLeast(anneal.samples(), 1, "ppo.anneal.samples");
@@ -260,6 +262,13 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe) {
   CheckRollouts(recipe.rollouts(), check);
   if (!recipe.has_distillation()) CheckBatch(recipe, check);
   CheckPpo(recipe.ppo(), check);
+  const int64_t warmup = recipe.ppo().value_warmup_iterations();
+  check.Require(recipe.max_iterations() == 0 ||
+                    recipe.max_iterations() > warmup || warmup <= 0,
+                "max_iterations",
+                absl::StrCat("> ppo.value_warmup_iterations (", warmup,
+                             "), or the policy would never learn"),
+                recipe.max_iterations());
   CheckEvaluation(recipe, check);
   CheckStages(recipe, check);
   CheckImitation(recipe, check);

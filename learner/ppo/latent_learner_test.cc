@@ -67,6 +67,22 @@ void Shift(v1::Segment& segment, absl::string_view name, float by) {
   }
 }
 
+TEST(LatentLearner, StaysAsItIsWhileTheValueNetworkWarmsUp) {
+  const auto learner =
+      MakeLearner(LatentRecipe("ppo { value_warmup_iterations: 2 }"));
+  const TensorMap before = learner->weights();
+
+  const UpdateStatistics last = UpdateUntil(*learner, 2);
+
+  EXPECT_FALSE(last.latent_kl.has_value());
+  for (const auto& [name, tensor] : learner->weights()) {
+    EXPECT_EQ(tensor.float32() != before.at(name).float32(),
+              name.starts_with("critic/"))
+        << name;
+  }
+  EXPECT_TRUE(UpdateOnce(*learner, 2, kProblem).latent_kl.has_value());
+}
+
 TEST(LatentLearner, LearnsASyntheticProblem) {
   const auto learner = MakeLearner(LatentRecipe());
   const double before = MeanActionError(Collect(*learner, 1000, kProblem));

@@ -71,6 +71,11 @@ class Ppo final : public PpoLearner {
         const UpdateFigures figures,
         RunEpochs(Settings(iteration), batch_, *networks_, pool_));
     Add(figures, statistics);
+    if (!PolicyLearns(iteration)) {
+      statistics.policy_learning_rate = 0;
+      statistics.latent_kl.reset();
+      return statistics;
+    }
     for (const Moments& moments : segment_moments_) {
       MergeMoments(moments, running_.moments);
     }
@@ -195,7 +200,13 @@ class Ppo final : public PpoLearner {
             .shards = ppo.shards(),
             .kl_stop = ppo.kl_stop(),
             .max_gradient_norm = ppo.max_gradient_norm(),
-            .learning_rate = {PolicyRate(), ValueRate()}};
+            .learning_rate = {PolicyRate(), ValueRate()},
+            .policy_learns = PolicyLearns(iteration)};
+  }
+
+  // Else nothing that the policy is made of changes: the normaliser neither.
+  bool PolicyLearns(int64_t iteration) const {
+    return iteration >= recipe_.ppo().value_warmup_iterations();
   }
 
   double PolicyRate() const {

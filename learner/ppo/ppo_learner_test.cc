@@ -133,6 +133,63 @@ TEST(PpoLearner, AdaptsThePolicyLearningRateToKl) {
   EXPECT_NEAR(last.value_learning_rate, 3e-3, 1e-9);
 }
 
+TEST(PpoLearner, TheValueNetworkLearnsAloneAtFirst) {
+  const auto learner = MakeLearner(
+      MakeRecipe("ppo { value_warmup_iterations: 2 kl_target: 1e3 }"));
+  const TensorMap before = learner->weights();
+  const auto changed = [&](const std::string& part) {
+    int tensors = 0;
+    const TensorMap now = learner->weights();
+    for (const auto& [name, tensor] : before) {
+      if (!name.starts_with(part)) continue;
+      tensors += now.at(name).float32() != tensor.float32();
+    }
+    return tensors;
+  };
+
+  UpdateOnce(*learner, 0);
+  const UpdateStatistics last = UpdateOnce(*learner, 1);
+
+  EXPECT_EQ(changed("policy/"), 0);
+  EXPECT_EQ(changed("normaliser/"), 0);
+  EXPECT_GT(changed("critic/"), 0);
+  EXPECT_EQ(last.epochs, 3);
+  EXPECT_EQ(last.policy_loss, 0);
+  EXPECT_EQ(last.policy_gradient_norm, 0);
+  EXPECT_EQ(last.kl, 0);
+  EXPECT_GT(last.value_loss, 0);
+  EXPECT_GT(last.value_gradient_norm, 0);
+  EXPECT_EQ(last.policy_learning_rate, 0);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  EXPECT_EQ(state.policy_optimiser_step(), 0);
+  EXPECT_EQ(state.value_optimiser_step(), 2 * 3 * 4);
+
+  const UpdateStatistics first = UpdateOnce(*learner, 2);
+  EXPECT_GT(first.policy_gradient_norm, 0);
+  // There was nothing to adapt it to.
+  EXPECT_NEAR(first.policy_learning_rate, 3e-3, 1e-9);
+  EXPECT_GT(changed("policy/"), 0);
+  EXPECT_GT(changed("normaliser/"), 0);
+}
+
+TEST(PpoLearner, GoesOnAfterALoadAmidTheWarmup) {
+  const v1::Recipe recipe = MakeRecipe("ppo { value_warmup_iterations: 2 }");
+  const auto learner = MakeLearner(recipe);
+  UpdateOnce(*learner, 0);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  const auto resumed = MakeLearner(recipe, /*ranks=*/1);
+
+  ASSERT_THAT(resumed->Load(learner->SaveTensors(), state, {}), IsOk());
+
+  for (int64_t i = 1; i < 4; ++i) {
+    UpdateOnce(*learner, i);
+    UpdateOnce(*resumed, i);
+    EXPECT_EQ(Bits(*resumed), Bits(*learner)) << i;
+  }
+}
+
 TEST(PpoLearner, SkipsAndCountsMinibatchesWithNonFiniteLoss) {
   const auto learner = MakeLearner(MakeRecipe("ppo { epochs: 2 }"));
   std::vector<v1::Segment> segments = Collect(*learner, 0);

@@ -25,6 +25,8 @@ class Epochs {
         batch_(batch),
         networks_(networks),
         pool_(pool),
+        first_(settings.policy_learns ? 0
+                                      : static_cast<int>(NetworkId::kValue)),
         order_(batch.rows()) {}
 
   absl::StatusOr<UpdateFigures> Run() {
@@ -37,7 +39,9 @@ class Epochs {
       }
       if (!stopped_) ++figures_.epochs;
     }
-    if (!stopped_) SINEW_RETURN_IF_ERROR(MeasureKl());
+    if (!stopped_ && settings_.policy_learns) {
+      SINEW_RETURN_IF_ERROR(MeasureKl());
+    }
     return Means();
   }
 
@@ -86,26 +90,26 @@ class Epochs {
 
   absl::StatusOr<MinibatchFigures> Gradients(int64_t begin, double scale) {
     const int shards = settings_.shards;
-    std::vector<GradientFigures> parts(kNumNetworks * shards);
-    SINEW_RETURN_IF_ERROR(
-        pool_.TryRun(kNumNetworks * shards, [&](int task) -> absl::Status {
-          const auto network = static_cast<NetworkId>(task / shards);
-          const int shard = task % shards;
-          SINEW_ASSIGN_OR_RETURN(
-              parts[task], networks_.Gradient(network, shard,
-                                              ShardRows(begin, shard), scale));
-          return absl::OkStatus();
-        }));
+    const int tasks = (kNumNetworks - first_) * shards;
+    std::vector<GradientFigures> parts(tasks);
+    SINEW_RETURN_IF_ERROR(pool_.TryRun(tasks, [&](int task) -> absl::Status {
+      const auto network = static_cast<NetworkId>(first_ + task / shards);
+      const int shard = task % shards;
+      SINEW_ASSIGN_OR_RETURN(
+          parts[task],
+          networks_.Gradient(network, shard, ShardRows(begin, shard), scale));
+      return absl::OkStatus();
+    }));
     MinibatchFigures sums;
-    for (int task = 0; task < kNumNetworks * shards; ++task) {
-      GradientFigures& sum = sums.network[task / shards];
+    for (int task = 0; task < tasks; ++task) {
+      GradientFigures& sum = sums.network[first_ + task / shards];
       sum.loss += parts[task].loss;
       sum.kl += parts[task].kl;
       sum.clipped += parts[task].clipped;
       sum.entropy += parts[task].entropy;
       sum.latent_kl += parts[task].latent_kl;
     }
-    for (int network = 0; network < kNumNetworks; ++network) {
+    for (int network = first_; network < kNumNetworks; ++network) {
       const NetworkFlops flops =
           networks_.flops(static_cast<NetworkId>(network));
       figures_.flops += static_cast<double>(settings_.minibatch) *
@@ -117,13 +121,14 @@ class Epochs {
   absl::Status Step() {
     double norms[kNumNetworks] = {0, 0};
     SINEW_RETURN_IF_ERROR(
-        pool_.TryRun(kNumNetworks, [&](int task) -> absl::Status {
-          const auto network = static_cast<NetworkId>(task);
-          SINEW_ASSIGN_OR_RETURN(norms[task], networks_.SumGradients(network));
-          if (!std::isfinite(norms[task])) return absl::OkStatus();
-          const double scale =
-              GradientScale(norms[task], settings_.max_gradient_norm);
-          return networks_.Step(network, settings_.learning_rate[task], scale);
+        pool_.TryRun(kNumNetworks - first_, [&](int task) -> absl::Status {
+          const auto network = static_cast<NetworkId>(first_ + task);
+          double& norm = norms[first_ + task];
+          SINEW_ASSIGN_OR_RETURN(norm, networks_.SumGradients(network));
+          if (!std::isfinite(norm)) return absl::OkStatus();
+          const double scale = GradientScale(norm, settings_.max_gradient_norm);
+          return networks_.Step(network, settings_.learning_rate[first_ + task],
+                                scale);
         }));
     if (!std::isfinite(norms[0]) || !std::isfinite(norms[1])) {
       ++figures_.non_finite;
@@ -169,6 +174,7 @@ class Epochs {
   const Batch& batch_;
   PpoNetworks& networks_;
   RankPool& pool_;
+  const int first_;             // of the networks that learn, to the last
   std::vector<int64_t> order_;  // rows as the epoch takes them
   UpdateFigures figures_;
   int minibatches_ = 0;  // with finite losses

@@ -19,6 +19,8 @@ struct UpdateSettings {
   double kl_stop = 0;
   double max_gradient_norm = 1;
   double learning_rate[kNumNetworks] = {0, 0};  // policy, value
+  // False: the policy stays as it is (ppo.value_warmup_iterations).
+  bool policy_learns = true;
 };
 
 struct UpdateFigures {
@@ -43,6 +45,9 @@ struct UpdateFigures {
 //       norm, one step (a norm that is not finite: no step, counted)
 //   if not stopped: the KL of a minibatch of rows, drawn as the next epoch
 //     would
+//
+// While the policy does not learn all of this is done for the value network
+// alone, and the policy's figures are 0.
 //
 // So the KL stop costs nothing until it strikes, and looks at rows drawn at
 // random, with all steps of the epoch behind them. Every number is a function

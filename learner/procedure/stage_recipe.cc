@@ -81,6 +81,10 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   } else {
     derived.mutable_task()->clear_recovery();
   }
+  // Its value network comes from the stage before.
+  if (stage.kind != StageKind::kFull && stage.kind != StageKind::kComposer) {
+    derived.mutable_ppo()->set_value_warmup_iterations(0);
+  }
   if (stage.kind == StageKind::kComposer) {
     SetComposer(recipe.procedure(), stage.primitive,
                 *derived.mutable_network());

@@ -20,6 +20,8 @@ namespace sinew::learner {
 //   plateau, ppo.anneal     never reached and never begun where task.recovery
 //                           is on: evaluations start on the reference and say
 //                           nothing of getting up
+//   ppo.value_warmup_iterations   in kFull and kComposer only: the value
+//                           network of the others has learnt
 //   network.composer        in kComposer only
 //
 // `recipe` has its defaults filled and is valid, then so is the result. Pure.

@@ -124,6 +124,22 @@ TEST(StageRecipe, OfNoStageRecoversIfNoPrimitiveDoes) {
   }
 }
 
+TEST(StageRecipe, WarmsUpValueNetworksThatHaveNotLearnt) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_ppo()->set_value_warmup_iterations(3);
+  const auto warmup = [&](StageKind kind) {
+    return StageRecipe(recipe, MakeStage(kind, 1), 2)
+        .ppo()
+        .value_warmup_iterations();
+  };
+
+  EXPECT_EQ(warmup(StageKind::kFull), 3);
+  EXPECT_EQ(warmup(StageKind::kHard), 0);
+  EXPECT_EQ(warmup(StageKind::kGrown), 0);
+  EXPECT_EQ(warmup(StageKind::kRecovery), 0);
+  EXPECT_EQ(warmup(StageKind::kComposer), 3);
+}
+
 TEST(StageRecipe, TakesAsManySamplesAsThereAre) {
   constexpr int64_t kMost = std::numeric_limits<int64_t>::max();
   v1::Recipe recipe = MakeRecipe();

@@ -203,7 +203,9 @@ absl::Status Trainer::Conclude(const std::vector<v1::Segment>& evaluation,
   curriculum_->Reweigh();
   ++iteration_;
   samples_ += report.update.samples;
-  if (report.evaluation) ObserveEvaluation(report.drawn);
+  if (report.evaluation && PolicyHadLearnt(report.evaluated_iteration)) {
+    ObserveEvaluation(report.drawn);
+  }
   if (plateau_.enabled()) report.plateau = plateau_.state();
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
@@ -241,6 +243,11 @@ SetSummary Trainer::SummariseDrawn(
 }
 
 // What starts are not drawn from decides nothing.
+// A policy that stands still is no sign of a plateau.
+bool Trainer::PolicyHadLearnt(int64_t iteration) const {
+  return iteration >= options_.recipe.ppo().value_warmup_iterations();
+}
+
 void Trainer::ObserveEvaluation(const SetSummary& drawn) {
   const double share =
       static_cast<double>(drawn.succeeded_starts) / std::max(1, drawn.starts);

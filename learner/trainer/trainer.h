@@ -169,6 +169,7 @@ class Trainer {
   // Summary of the clips that starts are drawn from.
   SetSummary SummariseDrawn(
       const std::vector<v1::EvaluationResult>& results) const;
+  bool PolicyHadLearnt(int64_t iteration) const;
   void ObserveEvaluation(const SetSummary& drawn);
   absl::Status BeginEvaluationIfDue();
   absl::Status BeginAgain();

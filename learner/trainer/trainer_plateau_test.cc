@@ -34,6 +34,19 @@ TEST(TrainerPlateau, IsReachedWhereTheEvaluationTakesEffect) {
   EXPECT_EQ(run.trainer->plateau().best_share(), 1);
 }
 
+// Those of snapshots 2 and 4, which is what the policy was, count for nothing.
+TEST(TrainerPlateau, IsLookedForOnceThePolicyLearns) {
+  Rig run(
+      MakeRecipe(absl::StrCat(kPlateau, "ppo { value_warmup_iterations: 5 }")));
+
+  for (int64_t iteration = 1; iteration <= 11; ++iteration) {
+    const IterationReport report = run.Iterate();
+
+    EXPECT_EQ(run.trainer->plateau_reached(), iteration == 11) << iteration;
+    EXPECT_EQ(report.plateau->best_share(), iteration < 7 ? 0 : 1) << iteration;
+  }
+}
+
 TEST(TrainerPlateau, IsNoneWhereTheRecipeHasNone) {
   Rig run(MakeRecipe());
 
