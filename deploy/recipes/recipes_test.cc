@@ -62,8 +62,10 @@ void ExpectTeacher(const std::string& student, const std::string& teacher) {
               EqualsProto(of_teacher.task().actuator_model()));
   EXPECT_THAT(of_student.task().recovery(),
               EqualsProto(of_teacher.task().recovery()));
-  EXPECT_THAT(of_student.task().start(),
-              EqualsProto(of_teacher.task().start()));
+  // A student learns from every clip, however often it fails elsewhere.
+  v1::Start start = of_teacher.task().start();
+  start.mutable_adaptive()->set_clip_floor(0.5);
+  EXPECT_THAT(of_student.task().start(), EqualsProto(start));
   EXPECT_THAT(of_student.evaluation(), EqualsProto(of_teacher.evaluation()));
 }
 
@@ -79,8 +81,8 @@ TEST(StudentsTest, DifferInTheirNetworkAlone) {
   pulse.set_name(plain.name());
   *pulse.mutable_network() = plain.network();
   // What weighs the latent's losses.
-  pulse.mutable_distillation()->clear_kl_anneal_begin();
-  pulse.mutable_distillation()->clear_kl_anneal_end();
+  pulse.mutable_distillation()->set_kl_weight_final(
+      plain.distillation().kl_weight_final());
 
   EXPECT_THAT(pulse, EqualsProto(plain));
   EXPECT_FALSE(plain.network().has_latent());
@@ -121,7 +123,7 @@ TEST(LatentRlTest, IsPulseLearntAsTrackLibraryIs) {
   pulse.set_name(bound.name());
   pulse.clear_distillation();
   *pulse.mutable_ppo() = track.ppo();
-  pulse.mutable_ppo()->set_latent_kl_weight(0.001);
+  pulse.mutable_ppo()->set_latent_kl_weight(0.01);
   *pulse.mutable_network()->mutable_value_hidden() =
       track.network().value_hidden();
 
