@@ -242,12 +242,12 @@ SetSummary Trainer::SummariseDrawn(
   return SummariseEvaluation(results, others).training;
 }
 
-// What starts are not drawn from decides nothing.
 // A policy that stands still is no sign of a plateau.
 bool Trainer::PolicyHadLearnt(int64_t iteration) const {
   return iteration >= options_.recipe.ppo().value_warmup_iterations();
 }
 
+// What starts are not drawn from decides nothing.
 void Trainer::ObserveEvaluation(const SetSummary& drawn) {
   const double share =
       static_cast<double>(drawn.succeeded_starts) / std::max(1, drawn.starts);
