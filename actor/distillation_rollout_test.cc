@@ -1,5 +1,5 @@
 // Rollouts of recipes that distil: bases, policies without distribution,
-// episodes in which the teacher acts.
+// episodes in which teacher or prior act.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 #include "actor/testing/rollout_rig.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
+#include "common/segment/episode_actor.h"
 #include "common/segment/segment_layout.h"
-#include "common/segment/teacher_episode.h"
 #include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "sim/motion/library.h"
@@ -206,18 +206,35 @@ v1::Recipe SharedRecipe() {
                        "teacher_share: 0.5 teacher_action { scale: 0.4 }");
 }
 
+// So that all three act.
+v1::Recipe RecipeOfThree() {
+  return StudentRecipe(
+      absl::StrCat(kAbsolute, "randomisation { mass: 0.2 joint_offset: 0.05 }"),
+      "teacher_share: 0.3 prior_share: 0.4 teacher_action { scale: 0.4 }");
+}
+
 TEST(DistillationRollout, GivesTheSameBytesAgainAndInAnotherWorker) {
-  RolloutRig rig(SharedRecipe());
+  RolloutRig rig(RecipeOfThree());
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
 
   rig.ExpectSameBytes(rig.TrainOrder(3, 40), /*other=*/rig.TrainOrder(2, 7));
 }
 
 TEST(DistillationRollout, CutInTwoHalvesIsTheSameRollout) {
-  RolloutRig rig(SharedRecipe());
+  RolloutRig rig(RecipeOfThree());
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
 
-  EXPECT_GT(rig.RunWholeAndInHalves(3, 60).episodes_size(), 3);
+  const v1::Segment whole = rig.RunWholeAndInHalves(3, 60);
+
+  std::set<EpisodeActor> actors;
+  std::set<v1::StartKind> kinds;
+  for (const v1::EpisodeEnd& end : whole.episodes()) {
+    actors.insert(WhoActs(RecipeOfThree().distillation(), 11, end.environment(),
+                          end.episode()));
+    kinds.insert(end.start_kind());
+  }
+  EXPECT_EQ(actors.size(), 3);
+  EXPECT_EQ(kinds.size(), 2);
 }
 
 TEST(DistillationRollout, TheTeacherActsByItsLawInItsEpisodesOnly) {
@@ -233,7 +250,8 @@ TEST(DistillationRollout, TheTeacherActsByItsLawInItsEpisodesOnly) {
   for (size_t i = 0; i < rows.size(); ++i) {
     const size_t row = i / kJoints;
     const bool teacher =
-        IsTeacherEpisode(order.seed(), row % 4, episodes[row], 0.5);
+        WhoActs(SharedRecipe().distillation(), order.seed(), row % 4,
+                episodes[row]) == EpisodeActor::kTeacher;
     seen.insert(teacher);
     EXPECT_NEAR(rows.target[i],
                 teacher ? rows.Made(rows.teacher_base, i, 0.4)
@@ -259,6 +277,119 @@ TEST(DistillationRollout, ATeacherThatAlwaysActsIsThePolicyThatItWas) {
   EXPECT_EQ(rows.target, expected.target);
 }
 
+// The actions of an order after a parameter of the snapshot has changed.
+std::vector<float> ActionsWith(const std::string& share,
+                               const std::string& parameter) {
+  RolloutRig rig(StudentRecipe(kAbsolute, share));
+  rig.UseLatentPolicy();
+  if (!parameter.empty()) rig.SetParameter(parameter, 0.3F);
+  return Column<float>(rig.Run(rig.TrainOrder(2, 10)), "action");
+}
+
+TEST(DistillationRollout, ThePriorChoosesTheLatentInItsEpisodes) {
+  for (const bool prior : {false, true}) {
+    const std::string share = prior ? "prior_share: 1" : "";
+    const std::vector<float> actions = ActionsWith(share, "");
+    EXPECT_EQ(ActionsWith(share, "encoder/mean/bias") != actions, !prior);
+    EXPECT_EQ(ActionsWith(share, "encoder/log_variance/bias") != actions,
+              !prior);
+    EXPECT_EQ(ActionsWith(share, "prior/mean/bias") != actions, prior);
+    EXPECT_EQ(ActionsWith(share, "prior/log_variance/bias") != actions, prior);
+    EXPECT_NE(ActionsWith(share, "decoder/action/bias"), actions);
+  }
+}
+
+TEST(DistillationRollout, ThePriorActsByTheStudentsLawWhereverTheGoalIs) {
+  RolloutRig rig(StudentRecipe(kAbsolute, "prior_share: 1"));
+  rig.UseLatentPolicy();
+  // All but no noise.
+  rig.SetParameter("prior/log_variance/bias", -100);
+  v1::Order order = rig.StandingOrder(2, 1);
+  // The same body, another frame of the clip: another goal.
+  order.mutable_states(1)->set_start_frame(order.states(0).start_frame() + 9);
+
+  const v1::Segment segment = rig.Run(order);
+
+  const Rows rows(segment);
+  for (int j = 0; j < kJoints; ++j) {
+    // The variance's lower end leaves a little noise.
+    EXPECT_NEAR(rows.action[j], rows.action[kJoints + j], 0.5);
+    EXPECT_NE(rows.action[j], 0);
+  }
+  EXPECT_EQ(rows.action, rows.mean);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows.target[i], rows.Made(rows.base, i, 0.2), 1e-12);
+  }
+  EXPECT_THAT(Column<float>(segment, "log_probability"), Each(0));
+}
+
+TEST(DistillationRollout, ABodyThatThePriorLeftGoesOnFromTheNearestFrame) {
+  for (const bool prior : {false, true}) {
+    RolloutRig rig(StudentRecipe(
+        kAbsolute, prior ? "prior_share: 1 prior_steps: 100" : ""));
+    rig.UseLatentPolicy();
+
+    // The clip ends after 19 steps.
+    const v1::Segment segment = rig.Run(rig.StandingOrder(1, 20));
+
+    ASSERT_EQ(segment.episodes_size(), 1);
+    EXPECT_EQ(segment.episodes(0).start_kind(), v1::START_KIND_REFERENCE);
+    const v1::EnvironmentState& end = segment.end_states(0);
+    EXPECT_EQ(end.start_kind(),
+              prior ? v1::START_KIND_CARRIED : v1::START_KIND_REFERENCE);
+    EXPECT_EQ(end.step(), 1);
+    // Own columns of s_19, before and after, but for the new reference: the
+    // body is as it was wherever it is carried on.
+    const auto observation = Column<float>(segment, "observation");
+    const auto last = Column<float>(segment, "truncation_observation");
+    const int width = rig.assets->task().observation_width();
+    const int own = rig.assets->task().self_observation_width();
+    ASSERT_EQ(last.size() % width, 0);
+    const auto* after = observation.data() + 19 * width;
+    double worst = 0;
+    for (int i = 0; i < own; ++i) {
+      worst = std::max<double>(worst, std::abs(after[i] - last[i]));
+    }
+    if (prior) {
+      EXPECT_LT(worst, 1e-5);
+    } else {
+      EXPECT_GT(worst, 1e-3);
+    }
+  }
+}
+
+TEST(DistillationRollout, EpisodesOfThePriorAreCutOff) {
+  RolloutRig rig(StudentRecipe(kAbsolute, "prior_share: 1 prior_steps: 4"));
+  rig.UseLatentPolicy();
+
+  const v1::Segment segment = rig.Run(rig.StandingOrder(2, 17));
+
+  // From all frames on which bodies go on, 15 more can be followed.
+  ASSERT_EQ(segment.episodes_size(), 8);
+  for (const v1::EpisodeEnd& end : segment.episodes()) {
+    EXPECT_EQ(end.steps(), 4);
+    EXPECT_EQ(end.reason(), v1::EpisodeEnd::REASON_TIME_LIMIT);
+  }
+  EXPECT_EQ(segment.episodes(7).start_kind(), v1::START_KIND_CARRIED);
+}
+
+TEST(DistillationRollout, ThePriorsNoiseHasAScale) {
+  std::vector<std::vector<float>> actions;
+  for (const char* noise : {"0", "0.001", "1"}) {
+    RolloutRig rig(StudentRecipe(
+        kAbsolute, absl::StrCat("prior_share: 1 prior_noise: ", noise)));
+    rig.UseLatentPolicy();
+    actions.push_back(
+        Column<float>(rig.Run(rig.StandingOrder(2, 1)), "action"));
+  }
+  for (int j = 0; j < kJoints; ++j) {
+    EXPECT_EQ(actions[0][j], actions[0][kJoints + j]);
+    EXPECT_NE(actions[1][j], actions[1][kJoints + j]);
+    EXPECT_NEAR(actions[1][j], actions[0][j], 0.01);
+    EXPECT_NE(actions[2][j], actions[2][kJoints + j]);
+  }
+}
+
 TEST(DistillationRollout, GraphsThatNobodyUsesChangeNothing) {
   RolloutRig rig(StudentRecipe(kAbsolute));
   rig.UseLatentPolicy();
@@ -275,6 +406,17 @@ TEST(DistillationRollout, GraphsThatNobodyUsesChangeNothing) {
   }
 }
 
+TEST(DistillationRollout, TrainingNeedsThePriorThatShares) {
+  RolloutRig rig(StudentRecipe(kAbsolute, "prior_share: 0.5"));
+
+  EXPECT_THAT(rig.worker->Run(rig.TrainOrder(1, 5), *rig.snapshot),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected a snapshot with a graph "
+                                 "\"sample\"")));
+  EXPECT_THAT(rig.worker->Run(rig.EvaluationOrder({{1, 0, 5}}), *rig.snapshot),
+              IsOk());
+}
+
 TEST(DistillationRollout, TrainingNeedsTheTeacherThatShares) {
   RolloutRig rig(SharedRecipe());
   rig.UseLatentPolicy();
@@ -287,9 +429,11 @@ TEST(DistillationRollout, TrainingNeedsTheTeacherThatShares) {
               IsOk());
 }
 
-TEST(DistillationRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
-  RolloutRig rig(
-      StudentRecipe("", "teacher_share: 1 teacher_action { scale: 0.1 }"));
+class DistillationAllocation : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(DistillationAllocation, LongerOrdersAllocateNoMoreThanShortOnes) {
+  RolloutRig rig(StudentRecipe(
+      "", absl::StrCat(GetParam(), ": 1 teacher_action { scale: 0.1 }")));
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
   v1::Order order = rig.StandingOrder(1, 4);
   const auto count = [&](int horizon) {
@@ -303,6 +447,9 @@ TEST(DistillationRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
 
   EXPECT_EQ(count(4), count(10));
 }
+
+INSTANTIATE_TEST_SUITE_P(Shares, DistillationAllocation,
+                         ::testing::Values("teacher_share", "prior_share"));
 
 }  // namespace
 }  // namespace sinew::actor

@@ -35,6 +35,13 @@ absl::Status CheckNeeds(const v1::Order& order,
                  "distillation.teacher_share is not 0",
                  "none");
   }
+  if (task.recipe().distillation().prior_share() > 0 &&
+      snapshot.prior() == nullptr) {
+    return Error(order, "snapshot_sha256",
+                 "a snapshot with a graph \"sample\", since recipe field "
+                 "distillation.prior_share is not 0",
+                 "none");
+  }
   const int latent = RecordedLatentWidth(task.recipe());
   const int recorded = snapshot.policy().latent_noise_width;
   if (latent > 0 && recorded != latent) {

@@ -30,9 +30,9 @@ class PolicyRunner {
   // Row of the observation input, [O], to be written before Run.
   absl::Span<float> observation(int row) const;
 
-  // Noise of one row, N(0, 1) by key over all noise inputs in graph order; and
-  // none for all rows.
-  void DrawNoise(int row, const RandomKey& key);
+  // Noise of one row, N(0, scale^2) by key over all noise inputs in graph
+  // order; and none for all rows.
+  void DrawNoise(int row, const RandomKey& key, double scale = 1);
   void ClearNoise();
 
   // Evaluates rows 0 .. batch-1.

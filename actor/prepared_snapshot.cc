@@ -16,6 +16,7 @@ namespace sinew::actor {
 namespace {
 
 constexpr absl::string_view kPolicyGraph = "policy";
+constexpr absl::string_view kSampleGraph = "sample";
 
 absl::Status Error(absl::string_view graph, absl::string_view what) {
   return absl::InvalidArgumentError(
@@ -37,9 +38,17 @@ const v1::Tap* FindTap(const v1::Graph& graph, Predicate&& wanted) {
   return found == taps.end() ? nullptr : &*found;
 }
 
+// What a graph that acts must be like.
+struct Role {
+  absl::string_view graph;
+  int observation_width;
+  bool has_mean;  // else the action is its own
+};
+
 // What a rollout needs beyond policy::Ports: the mean behind the executed tap
 // `ports.action`, which there is, and its deviation.
-absl::Status FindMean(const v1::Graph& graph, PolicyPorts& ports) {
+absl::Status FindMean(const v1::Graph& graph, bool has_mean,
+                      PolicyPorts& ports) {
   const v1::Tap& tap = *FindTap(
       graph, [&](const v1::Tap& one) { return one.name() == ports.action; });
   if (tap.has_categorical() || tap.decision_period() > 1) {
@@ -49,6 +58,10 @@ absl::Status FindMean(const v1::Graph& graph, PolicyPorts& ports) {
                               "decided every step"));
   }
   const bool gaussian = tap.has_gaussian();
+  if (!gaussian && !has_mean) {
+    ports.mean = ports.action;
+    return absl::OkStatus();
+  }
   const v1::Tap* mean = FindTap(graph, [&](const v1::Tap& one) {
     return gaussian ? one.value() == tap.gaussian().mean()
                     : one.name() == "mean";
@@ -68,17 +81,17 @@ absl::Status FindMean(const v1::Graph& graph, PolicyPorts& ports) {
 }
 
 // Ports and widths of a graph that acts.
-absl::Status FindPolicyPorts(const v1::PolicyGraph& graphs,
-                             absl::string_view name,
+absl::Status FindPolicyPorts(const v1::PolicyGraph& graphs, const Role& role,
                              const world::TrackingTask& task,
                              ActingGraph& acting) {
+  const absl::string_view name = role.graph;
   const absl::StatusOr<const v1::Graph*> graph =
       policy::FindGraph(graphs, name);
   // A snapshot without it is wrong, not out of reach.
   if (!graph.ok()) return Error(name, graph.status().message());
   SINEW_ASSIGN_OR_RETURN(policy::Ports found, policy::FindPorts(graphs, name));
   SINEW_RETURN_IF_ERROR(CheckWidth(name, "input", found.observation,
-                                   task.observation_width(),
+                                   role.observation_width,
                                    found.observation_width));
   SINEW_RETURN_IF_ERROR(CheckWidth(name, "tap", found.action,
                                    task.action_width(), found.action_width));
@@ -86,7 +99,7 @@ absl::Status FindPolicyPorts(const v1::PolicyGraph& graphs,
   ports.observation = std::move(found.observation);
   ports.noise = std::move(found.noise);
   ports.action = std::move(found.action);
-  SINEW_RETURN_IF_ERROR(FindMean(**graph, ports));
+  SINEW_RETURN_IF_ERROR(FindMean(**graph, role.has_mean, ports));
   SINEW_ASSIGN_OR_RETURN((const std::map<std::string, int64_t> widths),
                          policy::InferWidths(graphs, name));
   const v1::Tap& mean = *FindTap(
@@ -124,18 +137,18 @@ absl::StatusOr<std::vector<double>> ReadStd(const TensorMap& weights,
 }
 
 absl::StatusOr<ActingGraph> MakeActing(const v1::PolicyGraph& graphs,
-                                       absl::string_view name,
+                                       const Role& role,
                                        const TensorMap& weights,
                                        const world::TrackingTask& task) {
   ActingGraph acting;
   acting.action_width = task.action_width();
-  SINEW_RETURN_IF_ERROR(FindPolicyPorts(graphs, name, task, acting));
+  SINEW_RETURN_IF_ERROR(FindPolicyPorts(graphs, role, task, acting));
   SINEW_ASSIGN_OR_RETURN(acting.pack,
-                         policy::PackWeights(graphs, name, weights));
+                         policy::PackWeights(graphs, role.graph, weights));
   const std::string& std = acting.ports.std_parameter;
   if (!std.empty()) {
-    SINEW_ASSIGN_OR_RETURN(acting.std,
-                           ReadStd(weights, name, std, acting.action_width));
+    SINEW_ASSIGN_OR_RETURN(
+        acting.std, ReadStd(weights, role.graph, std, acting.action_width));
   }
   return acting;
 }
@@ -159,15 +172,29 @@ PreparedSnapshot::Create(const v1::Snapshot& snapshot,
       new PreparedSnapshot(std::move(starts)));
   prepared->version_ = snapshot.version();
   prepared->sha256_ = sha256;
-  SINEW_ASSIGN_OR_RETURN(
-      prepared->policy_,
-      MakeActing(snapshot.graph(), kPolicyGraph, weights, task));
-  const absl::string_view teacher = policy::kTeacherGraph;
-  if (assets.recipe().distillation().teacher_share() > 0 &&
-      policy::FindGraph(snapshot.graph(), teacher).ok()) {
+  const int width = task.observation_width();
+  const auto make = [&](const Role& role) {
+    return MakeActing(snapshot.graph(), role, weights, task);
+  };
+  const auto wanted = [&](double share, absl::string_view graph) {
+    return share > 0 && policy::FindGraph(snapshot.graph(), graph).ok();
+  };
+  SINEW_ASSIGN_OR_RETURN(prepared->policy_, make({.graph = kPolicyGraph,
+                                                  .observation_width = width,
+                                                  .has_mean = true}));
+  const v1::Distillation& shares = assets.recipe().distillation();
+  if (wanted(shares.teacher_share(), policy::kTeacherGraph)) {
+    SINEW_ASSIGN_OR_RETURN(prepared->teacher_,
+                           make({.graph = policy::kTeacherGraph,
+                                 .observation_width = width,
+                                 .has_mean = true}));
+  }
+  if (wanted(shares.prior_share(), kSampleGraph)) {
     SINEW_ASSIGN_OR_RETURN(
-        prepared->teacher_,
-        MakeActing(snapshot.graph(), teacher, weights, task));
+        prepared->prior_,
+        make({.graph = kSampleGraph,
+              .observation_width = task.self_observation_width(),
+              .has_mean = false}));
   }
   return prepared;
 }

@@ -17,7 +17,7 @@ namespace sinew::actor {
 
 // How a rollout talks to a graph that acts: names of its inputs and taps.
 struct PolicyPorts {
-  std::string observation;         // the data input, width O
+  std::string observation;         // the data input, width O or S
   std::vector<std::string> noise;  // normal inputs, in graph order
   std::string action;              // the executed tap, width A
   std::string mean;                // tap of the action's mean, width A
@@ -44,7 +44,10 @@ struct ActingGraph {
 // is somewhere within (common/policy/latent_builder.h). A tap "latent_noise" is
 // what the column of that name records. Graph "teacher" is
 // another such graph; it is looked at where the recipe has a teacher_share
-// (common/policy/teacher_graph.h). Other graphs are ignored.
+// (common/policy/teacher_graph.h). Graph "sample"
+// (common/policy/latent_builder.h) sees the body's own state alone, and its
+// action is its own mean; it is looked at where the recipe has a prior_share.
+// Other graphs are ignored.
 //
 // Thread-safety: immutable; shared between workers. Ownership: copies what it
 // needs of the snapshot. Blocking: Create computes (checks, packing). Errors:
@@ -65,6 +68,9 @@ class PreparedSnapshot {
   const ActingGraph* teacher() const {
     return teacher_.has_value() ? &*teacher_ : nullptr;
   }
+  const ActingGraph* prior() const {
+    return prior_.has_value() ? &*prior_ : nullptr;
+  }
 
  private:
   PreparedSnapshot(world::StartTable starts) : starts_(std::move(starts)) {}
@@ -73,7 +79,7 @@ class PreparedSnapshot {
   std::string sha256_;
   world::StartTable starts_;
   ActingGraph policy_;
-  std::optional<ActingGraph> teacher_;
+  std::optional<ActingGraph> teacher_, prior_;
 };
 
 }  // namespace sinew::actor

@@ -5,9 +5,11 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "actor/testing/rollout_rig.h"
+#include "common/config/recipe.h"
 #include "common/testing/matchers.h"
 #include "proto/sinew/v1/graph.pb.h"
 
@@ -58,6 +60,7 @@ TEST_F(PreparedSnapshotTest, KnowsHowToTalkToTheGraph) {
   EXPECT_THAT((*snapshot)->policy().std,
               SizeIs(rig_.assets->task().action_width()));
   EXPECT_EQ((*snapshot)->teacher(), nullptr);
+  EXPECT_EQ((*snapshot)->prior(), nullptr);
   EXPECT_EQ((*snapshot)->sha256(), "digest");
 }
 
@@ -117,6 +120,59 @@ TEST_F(PreparedSnapshotTest, NeedsATapOfTheMean) {
 
   EXPECT_THAT(Prepare(), StatusIs(absl::StatusCode::kInvalidArgument,
                                   HasSubstr(", the mean of action")));
+}
+
+// A rig whose recipe lets the prior act, and its graph "sample".
+class PriorSnapshotTest : public ::testing::Test {
+ protected:
+  PriorSnapshotTest()
+      : rig_(WithDefaults(
+            *ParseRecipe("task { action { placement: PLACEMENT_ABSOLUTE } }"
+                         "distillation { prior_share: 0.5 }",
+                         "test"))) {
+    rig_.UseLatentPolicy();
+  }
+  v1::Graph& Sample() {
+    for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
+      if (graph.name() == "sample") return graph;
+    }
+    ADD_FAILURE() << "no graph \"sample\"";
+    return *rig_.message.mutable_graph()->add_graphs();
+  }
+  absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> Prepare() const {
+    return PreparedSnapshot::Create(rig_.message, "digest", *rig_.assets);
+  }
+
+  RolloutRig rig_;
+};
+
+TEST_F(PriorSnapshotTest, ThePriorsActionIsItsMean) {
+  const auto snapshot = Prepare();
+
+  ASSERT_THAT(snapshot, IsOk());
+  ASSERT_NE((*snapshot)->prior(), nullptr);
+  const PolicyPorts& ports = (*snapshot)->prior()->ports;
+  EXPECT_EQ(ports.observation, "self_observation");
+  EXPECT_THAT(ports.noise, ElementsAre("noise"));
+  EXPECT_EQ(ports.action, "action");
+  EXPECT_EQ(ports.mean, "action");
+  EXPECT_THAT((*snapshot)->prior()->std, SizeIs(0));
+}
+
+TEST_F(PriorSnapshotTest, ThePriorSeesTheBodysOwnStateAlone) {
+  v1::Graph* policy = nullptr;
+  for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
+    if (graph.name() == "policy") policy = &graph;
+  }
+  ASSERT_NE(policy, nullptr);
+  v1::Graph wide = *policy;
+  wide.set_name("sample");
+  Sample() = std::move(wide);
+
+  EXPECT_THAT(Prepare(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("snapshot graph \"sample\": expected input "
+                                 "observation of width")));
 }
 
 }  // namespace

@@ -24,6 +24,9 @@ class Worker final : public RolloutWorker {
     if (snapshot.teacher() != nullptr) {
       SINEW_RETURN_IF_ERROR(state_.teacher.SetGraph(*snapshot.teacher()));
     }
+    if (snapshot.prior() != nullptr) {
+      SINEW_RETURN_IF_ERROR(state_.prior.SetGraph(*snapshot.prior()));
+    }
     v1::Segment segment;
     segment.set_run_id(order.run_id());
     segment.set_order_id(order.order_id());

@@ -30,10 +30,12 @@ namespace sinew::actor {
 //   boundary observations, end states. Columns: common/segment/
 //   segment_layout.h, in that order.
 // Where the recipe distils, columns base and teacher_base tell what both action
-// laws add to actions, and in its share of the episodes
-// (common/segment/teacher_episode.h) the snapshot's graph "teacher" acts, with
-// its mean, by its own law. Where PPO learns a latent, column latent_noise has
-// the part of the step's noise that chose it.
+// laws add to actions, and in their shares of the episodes
+// (common/segment/episode_actor.h) the snapshot's graph "teacher" acts, with
+// its mean, by its own law, or its graph "sample", the prior with noise, by the
+// policy's. Where the prior's episode ends, step 4 leaves the body where it is
+// if a frame is near (TrackingTask::CarryOn). Where PPO learns a latent, column
+// latent_noise has the part of the step's noise that chose it.
 // A diverged simulation (sim/world/actuation.h) is no error: its step is marked
 // invalid, its episode ends with REASON_DIVERGED, the environment starts anew.
 //

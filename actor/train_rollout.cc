@@ -2,7 +2,7 @@
 
 #include "actor/segment_writer.h"
 #include "actor/worker_state.h"
-#include "common/segment/teacher_episode.h"
+#include "common/segment/episode_actor.h"
 #include "common/status_macros.h"
 
 namespace sinew::actor {
@@ -18,7 +18,7 @@ class TrainRollout {
         state_(state),
         task_(state.task),
         distillation_(task_.recipe().has_distillation()),
-        teacher_share_(task_.recipe().distillation().teacher_share()),
+        shared_(snapshot.teacher() != nullptr || snapshot.prior() != nullptr),
         segment_(segment),
         size_(order.states_size()),
         writer_(state.assets->layout(), order.horizon(), size_, segment) {}
@@ -30,7 +30,7 @@ class TrainRollout {
       for (int e = 0; e < size_; ++e) Prepare(e);
       clock_.Lap(&stages_.observe);
       state_.policy.Run(size_);
-      if (teacher_share_ > 0) RunTeacher();
+      if (shared_) RunOthers();
       clock_.Lap(&stages_.infer);
       for (int e = 0; e < size_; ++e) {
         SINEW_RETURN_IF_ERROR(StepEnvironment(step, e));
@@ -89,36 +89,50 @@ class TrainRollout {
     state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
   }
 
-  // Where the teacher acts at this step, and its actions.
-  void RunTeacher() {
-    int rows = 0;
+  // Who acts where at this step, and the actions of those that are not the
+  // policy.
+  void RunOthers() {
+    int teachers = 0, priors = 0;
     for (int e = 0; e < size_; ++e) {
-      const Environment& environment = state_.environments[e];
-      state_.teacher_rows[e] = -1;
-      if (!IsTeacherEpisode(order_.seed(),
-                            static_cast<uint64_t>(environment.index),
-                            static_cast<uint64_t>(environment.episode.episode),
-                            teacher_share_)) {
-        continue;
-      }
-      const absl::Span<float> seen = state_.policy.observation(e);
-      std::copy(seen.begin(), seen.end(),
-                state_.teacher.observation(rows).begin());
-      state_.teacher_rows[e] = rows++;
+      const EpisodeActor actor = WhoActs(state_.environments[e]);
+      WorkerState::Acting& acting = state_.acting[e];
+      acting = {.actor = actor, .row = e};
+      if (actor == EpisodeActor::kPolicy) continue;
+      const bool teacher = actor == EpisodeActor::kTeacher;
+      acting.row = teacher ? teachers++ : priors++;
+      PolicyRunner& runner = teacher ? state_.teacher : state_.prior;
+      // What the prior sees is what observations begin with.
+      const absl::Span<float> own = runner.observation(acting.row);
+      std::copy_n(state_.policy.observation(e).begin(), own.size(),
+                  own.begin());
+      if (teacher) continue;
+      runner.DrawNoise(acting.row,
+                       Key(state_.environments[e], RandomPurpose::kAction),
+                       task_.recipe().distillation().prior_noise());
     }
-    state_.teacher.Run(rows);
+    if (teachers > 0) state_.teacher.Run(teachers);
+    if (priors > 0) state_.prior.Run(priors);
+  }
+
+  EpisodeActor WhoActs(const Environment& environment) const {
+    return sinew::WhoActs(task_.recipe().distillation(), order_.seed(),
+                          static_cast<uint64_t>(environment.index),
+                          static_cast<uint64_t>(environment.episode.episode));
   }
 
   // Who acts in an environment at the step at hand.
   struct Acting {
     const PolicyRunner& runner;
     int row;
-    bool teacher;
+    EpisodeActor actor;
   };
   Acting ActingIn(int e) const {
-    const int row = teacher_share_ > 0 ? state_.teacher_rows[e] : -1;
-    if (row >= 0) return {state_.teacher, row, true};
-    return {state_.policy, e, false};
+    if (!shared_) return {state_.policy, e, EpisodeActor::kPolicy};
+    const auto [actor, row] = state_.acting[e];
+    return {actor == EpisodeActor::kTeacher ? state_.teacher
+            : actor == EpisodeActor::kPrior ? state_.prior
+                                            : state_.policy,
+            row, actor};
   }
 
   void Begin(int e, Environment* environment) {
@@ -143,7 +157,9 @@ class TrainRollout {
   absl::Status StepEnvironment(int step, int e) {
     const Acting acting = ActingIn(e);
     const double log_probability =
-        acting.teacher ? 0 : acting.runner.LogProbability(acting.row);
+        acting.actor == EpisodeActor::kTeacher
+            ? 0
+            : acting.runner.LogProbability(acting.row);
     SINEW_RETURN_IF_ERROR(CheckPolicyOutput(acting.runner, acting.row,
                                             log_probability, snapshot_));
     Environment& environment = state_.environments[e];
@@ -190,7 +206,20 @@ class TrainRollout {
                        absl::MakeSpan(environment.previous_target),
                        ConditionsOf(environment), state_.work.get());
     clock_.Lap(&stages_.simulate);
-    return task_.Finish(data, physics, &environment.episode, state_.work.get());
+    world::StepResult result =
+        task_.Finish(data, physics, &environment.episode, state_.work.get());
+    CutOff(ActingIn(e), environment.episode, &result);
+    return result;
+  }
+
+  // Ends an episode of the prior before it is far from its reference.
+  void CutOff(const Acting& acting, const world::Episode& episode,
+              world::StepResult* result) const {
+    if (acting.actor != EpisodeActor::kPrior || result->terminated ||
+        episode.step < task_.recipe().distillation().prior_steps()) {
+      return;
+    }
+    result->truncated = true;
   }
 
   // Target and bases of the step at hand.
@@ -200,7 +229,7 @@ class TrainRollout {
     const world::Episode& episode = environment.episode;
     const absl::Span<const float> action = acting.runner.action(acting.row);
     const absl::Span<double> target = absl::MakeSpan(state_.target);
-    if (acting.teacher) {
+    if (acting.actor == EpisodeActor::kTeacher) {
       task_.TeacherTarget(data, episode, action, target, state_.work.get(),
                           conditions);
     } else {
@@ -228,9 +257,24 @@ class TrainRollout {
     }
     if (result.truncated) writer_.WriteTruncation(step, e, observation);
     if (step + 1 == order_.horizon()) writer_.WriteBoundary(e, observation);
-    if (result.terminated || result.truncated) {
-      EndEpisode(result, &state_.environments[e]);
+    if (!result.terminated && !result.truncated) return;
+    EndEpisode(result, &state_.environments[e]);
+    if (ActingIn(e).actor == EpisodeActor::kPrior && !result.diverged) {
+      CarryOn(e);
     }
+  }
+
+  // Lets the body go on from where the prior has left it, if it can.
+  void CarryOn(int e) {
+    Environment& environment = state_.environments[e];
+    bool carried = false;
+    const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
+      carried = task_.CarryOn(data, &environment.episode, state_.work.get());
+      if (!carried) return;
+      DrawConditions(&environment);
+      Observe(e, data);
+    });
+    environment.fresh = !(ok && carried);
   }
 
   void EndEpisode(const world::StepResult& result, Environment* environment) {
@@ -275,7 +319,7 @@ class TrainRollout {
   WorkerState& state_;
   const world::TrackingTask& task_;
   const bool distillation_;
-  const double teacher_share_;
+  const bool shared_;  // with teacher or prior
   v1::Segment* const segment_;
   const int size_;
   SegmentWriter writer_;

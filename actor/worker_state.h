@@ -13,6 +13,7 @@
 #include "actor/prepared_snapshot.h"
 #include "actor/rollout.h"
 #include "actor/rollout_assets.h"
+#include "common/segment/episode_actor.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/world/tracking_task.h"
 
@@ -30,11 +31,16 @@ struct WorkerState {
   PhysicsBatch batch;
   const std::unique_ptr<world::TrackingTask::Workspace> work;
   PolicyRunner policy;
-  PolicyRunner teacher;                   // unused if the snapshot has none
+  PolicyRunner teacher, prior;            // unused if the snapshot has none
   std::vector<Environment> environments;  // [batch.size()]
-  // Of the step at hand: rows of the teacher, -1 where the student acts
-  // [batch.size()]; target and bases [J].
-  std::vector<int> teacher_rows;
+  // Of the step at hand: who acts in an environment, and its row in that
+  // runner [batch.size()], written where not only the policy does; target and
+  // bases [J].
+  struct Acting {
+    EpisodeActor actor = EpisodeActor::kPolicy;
+    int row = 0;
+  };
+  std::vector<Acting> acting;
   std::vector<double> target, base, teacher_base;
   RolloutWorker::FrameObserver observer;
 };

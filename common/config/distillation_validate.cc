@@ -70,6 +70,33 @@ void CheckLatentPpo(const v1::Recipe& recipe, FieldChecker& check) {
                 "unset, since network.latent is set", "set");
 }
 
+// Of episodes in which others than the student act.
+void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
+  const double teacher = recipe.distillation().teacher_share();
+  const double prior = recipe.distillation().prior_share();
+  check.Within(teacher, 0, 1, "distillation.teacher_share");
+  check.Within(prior, 0, 1, "distillation.prior_share");
+  check.Require(
+      teacher + prior <= 1, "distillation.prior_share",
+      absl::StrCat("<= 1 - distillation.teacher_share (", 1 - teacher, ")"),
+      prior);
+  check.Require(
+      prior == 0 || recipe.network().has_latent(), "distillation.prior_share",
+      "0, since network.latent is unset and there is no prior", prior);
+  const v1::Distillation& distillation = recipe.distillation();
+  if (prior > 0) {
+    check.AtLeast(distillation.prior_noise(), 0, "distillation.prior_noise");
+    check.AtLeast(distillation.prior_steps(), 1, "distillation.prior_steps");
+    return;
+  }
+  constexpr absl::string_view kUnset =
+      "unset, since distillation.prior_share is 0";
+  check.Require(!distillation.has_prior_noise(), "distillation.prior_noise",
+                kUnset, distillation.prior_noise());
+  check.Require(distillation.prior_steps() == 0, "distillation.prior_steps",
+                kUnset, distillation.prior_steps());
+}
+
 void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {
   const v1::Action& teacher = recipe.distillation().teacher_action();
   const v1::Action& student = recipe.task().action();
@@ -86,8 +113,7 @@ void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {
                              "), or some of the teacher's targets would be out "
                              "of reach"),
                 student.range_margin());
-  check.Within(recipe.distillation().teacher_share(), 0, 1,
-               "distillation.teacher_share");
+  CheckShares(recipe, check);
 }
 
 // Sequences of one environment and order are what minibatches are made of.

@@ -70,6 +70,22 @@ TEST(Imitation, HasAFinalRateWhereTheRateFallsAlone) {
             5e-4);
 }
 
+TEST(Imitation, SaysHowThePriorActsWhereItDoesAlone) {
+  const v1::Distillation never = MakeStudent().distillation();
+  EXPECT_FALSE(never.has_prior_noise());
+  EXPECT_EQ(never.prior_steps(), 0);
+  const v1::Distillation acts =
+      MakeStudent({"distillation.prior_share=0.5"}).distillation();
+  EXPECT_EQ(acts.prior_noise(), 1);
+  EXPECT_EQ(acts.prior_steps(), 4);
+  const v1::Distillation own =
+      MakeStudent({"distillation.prior_share=0.5", "distillation.prior_noise=0",
+                   "distillation.prior_steps=3"})
+          .distillation();
+  EXPECT_EQ(own.prior_noise(), 0);
+  EXPECT_EQ(own.prior_steps(), 3);
+}
+
 TEST(Imitation, KeepsWhatIsSetWhenFillingDefaults) {
   const v1::Recipe recipe = MakeStudent(
       {"distillation.kl_weight=0", "distillation.kl_weight_final=0",
@@ -85,6 +101,16 @@ TEST(Imitation, KeepsWhatIsSetWhenFillingDefaults) {
   EXPECT_EQ(recipe.network().latent().log_variance_high(), 0);
   EXPECT_EQ(recipe.network().latent().prior_hidden_size(), 1);
   EXPECT_THAT(ValidateRecipe(recipe), IsOk());
+}
+
+TEST(Imitation, HasAPriorThatActsOnlyWithALatent) {
+  EXPECT_THAT(ValidateRecipe(MakeStudent({"distillation.prior_share=0.5"})),
+              IsOk());
+  EXPECT_THAT(ValidateRecipe(MakeRecipe({"distillation.learning_rate=1e-3",
+                                         "distillation.prior_share=0.5"})),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("recipe field distillation.prior_share: "
+                                 "expected 0, since network.latent is unset")));
 }
 
 TEST(Imitation, NeedsNoLatentAndThenNoParticularLawOrObservation) {
@@ -210,6 +236,25 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"distillation.teacher_share=1.5"},
                   "distillation.teacher_share: expected within [0, 1], found "
                   "1.5"},
+        Violation{{"distillation.prior_share=-0.5"},
+                  "distillation.prior_share: expected within [0, 1], found "
+                  "-0.5"},
+        Violation{
+            {"distillation.teacher_share=0.75", "distillation.prior_share=0.5"},
+            "distillation.prior_share: expected <= 1 - "
+            "distillation.teacher_share (0.25), found 0.5"},
+        Violation{{"distillation.prior_noise=1"},
+                  "distillation.prior_noise: expected unset, since "
+                  "distillation.prior_share is 0, found 1"},
+        Violation{{"distillation.prior_steps=4"},
+                  "distillation.prior_steps: expected unset, since "
+                  "distillation.prior_share is 0, found 4"},
+        Violation{
+            {"distillation.prior_share=0.5", "distillation.prior_noise=-1"},
+            "distillation.prior_noise: expected >= 0, found -1"},
+        Violation{
+            {"distillation.prior_share=0.5", "distillation.prior_steps=-1"},
+            "distillation.prior_steps: expected >= 1, found -1"},
         Violation{{"distillation.teacher_action.clip=-1"},
                   "distillation.teacher_action.clip: expected > 0, found -1"},
         Violation{{"distillation.memory.priority_exponent=2"},

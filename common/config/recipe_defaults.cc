@@ -180,10 +180,14 @@ void FillDistillation(v1::Distillation& distillation) {
   FillAction(*distillation.mutable_teacher_action());
   SINEW_DEFAULT(distillation, form, v1::Distillation::FORM_CODE);
   SINEW_DEFAULT(distillation, learning_rate, 5e-4);
-  // Only where it falls: other recipes print as they always did.
+  // Only where they mean something: other recipes print as they always did.
   if (distillation.rate_anneal_end() > 0) {
     SINEW_DEFAULT(distillation, learning_rate_final,
                   distillation.learning_rate());
+  }
+  if (distillation.prior_share() > 0) {
+    SINEW_OPTIONAL_DEFAULT(distillation, prior_noise, 1);
+    SINEW_DEFAULT(distillation, prior_steps, 4);
   }
   SINEW_DEFAULT(distillation, max_gradient_norm, 50);
   SINEW_DEFAULT(distillation, minibatch, 2048);

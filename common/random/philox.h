@@ -19,7 +19,7 @@ enum class RandomPurpose : uint32_t {
   kRecovery = 20,       // kind and place of an episode's start
   kPush = 21,           // forces on the body
   kFallenState = 22,    // how a body is dropped
-  kTeacher = 30,        // whether the teacher acts in an episode
+  kTeacher = 30,        // who acts in an episode
   kSelection = 31,      // sequences of a minibatch (learner/memory)
   kLatentNoise = 32,    // latents of a minibatch (learner/distillation)
 };

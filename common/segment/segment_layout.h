@@ -54,9 +54,10 @@ namespace sinew {
 // (sim/world/action.h); teacher_base is the same of the teacher's law
 // (Recipe.distillation.teacher_action). So a teacher's target is, in units of
 // the student's action, (target - base) / scale. action, action_mean and target
-// are those of whoever acted: in episodes of the teacher (teacher_episode.h)
-// its own mean, twice, and the target that its law makes of it. Policies whose
-// action has no distribution have log_probability 0.
+// are those of whoever acted (episode_actor.h): in episodes of the teacher its
+// own mean, twice, and the target that its law makes of it; in episodes of the
+// prior its action, twice. Policies whose action has no distribution have
+// log_probability 0.
 //
 // Learnt latents. latent_noise is the N(0, 1) noise that chose the latent among
 // those that the policy's posterior thinks likely (tap "latent_noise" of its

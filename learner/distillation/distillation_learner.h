@@ -27,8 +27,9 @@ namespace sinew::learner {
 //             the minibatches that are due (distillation_update.h), with the
 //             KL's weight by the rows inserted before this update
 //
-// Rows of the teacher's own episodes (distillation.teacher_share) are learnt
-// from like others and count in samples, reward and distances.
+// Rows of episodes in which teacher or prior act (distillation.teacher_share,
+// prior_share) are learnt from like others and count in samples, reward and
+// distances.
 //
 // Gradients are summed over `distillation.shards` in fixed order whatever the
 // number of ranks (threads), so the result is a pure function of (state,

@@ -58,8 +58,9 @@ class Labeller {
 };
 
 // What there is to say of labelled segments: samples, and means over their
-// valid rows, those of the teacher's own episodes (Distillation.teacher_share)
-// among them. Precondition: they passed ViewForLabels.
+// valid rows, those of episodes in which teacher or prior act
+// (Distillation.teacher_share, prior_share) among them. Precondition: they
+// passed ViewForLabels.
 UpdateStatistics DescribeRows(absl::Span<const v1::Segment* const> segments,
                               const LabelOptions& options);
 

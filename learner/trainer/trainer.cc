@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
 #include "common/evaluation/evaluation_starts.h"
-#include "common/segment/teacher_episode.h"
+#include "common/segment/episode_actor.h"
 #include "common/status_macros.h"
 #include "learner/trainer/policy_snapshot.h"
 
@@ -150,15 +150,14 @@ absl::StatusOr<Trainer::Collected> Trainer::Collect() {
 absl::Status Trainer::Absorb(const std::vector<v1::Segment>& segments) {
   SINEW_RETURN_IF_ERROR(planner_.Absorb(open_orders_, segments));
   open_orders_.clear();
-  const double share = options_.recipe.distillation().teacher_share();
   for (const v1::Segment& segment : segments) {
     for (const v1::EpisodeEnd& episode : segment.episodes()) {
-      // The teacher's say nothing of the student.
-      if (IsTeacherEpisode(options_.recipe.seed(),
-                           static_cast<uint64_t>(episode.environment()),
-                           static_cast<uint64_t>(episode.episode()), share)) {
-        continue;
-      }
+      const EpisodeActor actor =
+          WhoActs(options_.recipe.distillation(), options_.recipe.seed(),
+                  static_cast<uint64_t>(episode.environment()),
+                  static_cast<uint64_t>(episode.episode()));
+      // Those of others say nothing of the policy.
+      if (actor != EpisodeActor::kPolicy) continue;
       curriculum_->Record(episode, iteration_);
     }
   }

@@ -20,6 +20,7 @@
 #include "sim/world/episode.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/model_variant.h"
+#include "sim/world/nearest_frame.h"
 #include "sim/world/observation.h"
 #include "sim/world/randomisation.h"
 #include "sim/world/recovery.h"
@@ -98,6 +99,7 @@ class TrackingTask {
     BodyState sensed;
     std::unique_ptr<ModelVariant> variant;
     std::vector<double> joint_position;
+    std::vector<float> posture;  // of NearestFrames
   };
 
   // `recipe` has its defaults filled (common/config/recipe.h). `fallen` are of
@@ -147,6 +149,15 @@ class TrackingTask {
   void Begin(const BodyStart& start, const RandomKey* noise, mjData* data,
              Episode* episode, absl::Span<double> previous_target,
              Workspace* work, const Conditions* conditions = nullptr) const;
+
+  // Begins an episode with the body as it is: moves it over the floor, turned
+  // by yaw, onto the frame that is nearest to it, which becomes the episode's
+  // start; root and heading are then that frame's. Clock and previous target
+  // go on. False where nothing is near: there is no such frame, or a body would
+  // be farther off it than termination allows; the data may have moved then,
+  // and nothing but Begin may follow. Leaves work->body. Precondition: the
+  // recipe has a prior_share; of the episode, only the number is set.
+  bool CarryOn(mjData* data, Episode* episode, Workspace* work) const;
 
   // Of an environment, for DrawConditions.
   Conditions MakeConditions() const { return randomisation_.MakeConditions(); }
@@ -239,6 +250,8 @@ class TrackingTask {
   RecoveryLaw recovery_;
   Randomisation randomisation_;
   std::vector<double> fresh_row_;  // physics row of a new mjData
+  // Where bodies go on; null where the recipe has no prior_share.
+  std::unique_ptr<const NearestFrames> nearest_;
 };
 
 // The pose of a row: root and joints to qpos and qvel (MuJoCo's free joint

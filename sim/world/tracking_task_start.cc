@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "sim/motion/rotation.h"
+#include "sim/world/termination.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::world {
@@ -30,6 +32,24 @@ void SetReferencePose(const character::Character& character,
     data->qvel[joint.dof_address] = frame.joint_velocity[j];
   }
 }
+
+namespace {
+
+// Puts a root over a place on the floor, turned about the vertical.
+void PlaceRoot(const character::Character& character, double x, double y,
+               const Eigen::Quaterniond& turn, mjData* data) {
+  double* root = data->qpos + character.root_qpos_address();
+  double* rate = data->qvel + character.root_dof_address();
+  root[0] = x;
+  root[1] = y;
+  motion::ToWxyz(turn * motion::FromWxyz(root + 3), root + 3);
+  // The angular velocity is the body's own: it turns with it.
+  const Eigen::Vector3d velocity =
+      turn * Eigen::Vector3d(rate[0], rate[1], rate[2]);
+  for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
+}
+
+}  // namespace
 
 void TrackingTask::AddNoise(const RandomKey& key, mjData* data,
                             Workspace* work) const {
@@ -86,8 +106,7 @@ void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
 void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
                          mjData* data,
                          absl::Span<double> previous_target) const {
-  double* root = data->qpos + character_->root_qpos_address();
-  double* rate = data->qvel + character_->root_dof_address();
+  const double* root = data->qpos + character_->root_qpos_address();
   const double x = root[0] + start.offset_x, y = root[1] + start.offset_y;
   if (start.kind == v1::START_KIND_FALLEN) {
     const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
@@ -95,15 +114,40 @@ void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
     std::fill_n(data->qvel, character_->model()->nv, 0.0);
     ReadJoints(data, conditions, previous_target);
   }
-  root[0] = x;
-  root[1] = y;
-  const Eigen::Quaterniond turn(
-      Eigen::AngleAxisd(start.turn, Eigen::Vector3d::UnitZ()));
-  motion::ToWxyz(turn * motion::FromWxyz(root + 3), root + 3);
-  // The angular velocity is the body's own: it turns with it.
-  const Eigen::Vector3d velocity =
-      turn * Eigen::Vector3d(rate[0], rate[1], rate[2]);
-  for (int i = 0; i < 3; ++i) rate[i] = velocity[i];
+  PlaceRoot(*character_, x, y,
+            Eigen::Quaterniond(
+                Eigen::AngleAxisd(start.turn, Eigen::Vector3d::UnitZ())),
+            data);
+}
+
+bool TrackingTask::CarryOn(mjData* data, Episode* episode,
+                           Workspace* work) const {
+  Refresh(data, work);
+  const std::optional<StartFrame> nearest =
+      nearest_->Find(work->body, absl::MakeSpan(work->posture));
+  if (!nearest.has_value()) return false;
+  work->frame->Load(nearest->clip, nearest->frame);
+  reader_.Read(work->frame->view(), &work->reference);
+  const Eigen::Vector3d& root = work->reference.position[0];
+  PlaceRoot(*character_, root.x(), root.y(),
+            Heading(work->reference.rotation[0]) *
+                Heading(work->body.rotation[0]).conjugate(),
+            data);
+  // Of accelerations in the world that it has no more.
+  std::fill_n(data->qacc_warmstart, character_->model()->nv, 0.0);
+  Refresh(data, work);
+  if (!(MeasureDistances(work->body, work->reference, character_->terminating())
+            .max_terminating <=
+        recipe_.task().termination().max_body_distance())) {
+    return false;
+  }
+  episode->clip = nearest->clip;
+  episode->start_frame = nearest->frame;
+  episode->start_kind = v1::START_KIND_CARRIED;
+  if (recovery_.on()) {
+    episode->goal_distance = GoalDistance(work->body, work->reference);
+  }
+  return true;
 }
 
 void TrackingTask::DrawConditions(const RandomKey& key, Conditions* conditions,

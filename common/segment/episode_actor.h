@@ -1,0 +1,39 @@
+#ifndef SINEW_COMMON_SEGMENT_EPISODE_ACTOR_H_
+#define SINEW_COMMON_SEGMENT_EPISODE_ACTOR_H_
+
+#include <cstdint>
+
+#include "common/random/philox.h"
+#include "proto/sinew/v1/distillation.pb.h"
+
+namespace sinew {
+
+// Who chooses the actions of an episode.
+enum class EpisodeActor {
+  kPolicy,   // graph "policy": the student, where the recipe distils
+  kTeacher,  // graph "teacher" (Distillation.teacher_share)
+  kPrior,    // graph "sample" (Distillation.prior_share)
+};
+
+// Drawn once for each episode, of seed (Order.seed), environment and episode
+// alone. So whoever reads a segment knows who acted in it, and what a start
+// table counts of the student. A recipe without distillation has the default
+// message: the policy.
+//
+// Pure; never blocks; no errors.
+inline EpisodeActor WhoActs(const v1::Distillation& distillation, uint64_t seed,
+                            uint64_t environment, uint64_t episode) {
+  const double teacher = distillation.teacher_share();
+  const double others = teacher + distillation.prior_share();
+  if (!(others > 0)) return EpisodeActor::kPolicy;
+  const double drawn = Uniform({.seed = seed,
+                                .environment = environment,
+                                .episode = episode,
+                                .purpose = RandomPurpose::kTeacher});
+  if (drawn < teacher) return EpisodeActor::kTeacher;
+  return drawn < others ? EpisodeActor::kPrior : EpisodeActor::kPolicy;
+}
+
+}  // namespace sinew
+
+#endif  // SINEW_COMMON_SEGMENT_EPISODE_ACTOR_H_

@@ -1,0 +1,121 @@
+#include "sim/world/nearest_frame.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/testing/allocation_count.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::world {
+namespace {
+
+constexpr int kTurn = 0, kSway = 1, kTumble = 2;
+
+class NearestFramesTest : public ::testing::Test {
+ protected:
+  NearestFramesTest()
+      : toy_(testing::MakeToyWorld()), reader_(*toy_.character) {
+    Index();
+  }
+
+  // Of the library as it is now.
+  void Index() {
+    frames_.emplace(toy_.recipe.task().start(), *toy_.library, reader_);
+    scratch_.resize(frames_->width());
+  }
+
+  BodyState At(int clip, int frame) const {
+    BodyState body(reader_.num_bodies(), reader_.num_joints());
+    reader_.Read(toy_.library->frame(clip, frame), &body);
+    return body;
+  }
+  std::pair<int, int> Find(const BodyState& body) {
+    const std::optional<StartFrame> found =
+        frames_->Find(body, absl::MakeSpan(scratch_));
+    if (!found.has_value()) return {-1, -1};
+    return {found->clip, found->frame};
+  }
+
+  testing::ToyWorld toy_;
+  const BodyReader reader_;
+  std::optional<NearestFrames> frames_;
+  std::vector<float> scratch_;
+};
+
+// Elsewhere on the floor, heading elsewhere.
+BodyState Moved(BodyState body, double yaw, const Eigen::Vector3d& offset) {
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  for (size_t b = 0; b < body.position.size(); ++b) {
+    body.position[b] = turn * body.position[b] + offset;
+    body.rotation[b] = turn * body.rotation[b];
+    body.linear_velocity[b] = turn * body.linear_velocity[b];
+    body.angular_velocity[b] = turn * body.angular_velocity[b];
+  }
+  return body;
+}
+
+TEST_F(NearestFramesTest, FindsAFrameWhereverTheBodyIsInThePlane) {
+  for (const auto& [clip, frame] :
+       std::vector<std::pair<int, int>>{{kTurn, 0}, {kTurn, 23}, {kSway, 3}}) {
+    EXPECT_EQ(Find(Moved(At(clip, frame), 2.5, {3, -7, 0})),
+              std::make_pair(clip, frame));
+  }
+}
+
+TEST_F(NearestFramesTest, HeightAndVelocityCount) {
+  BodyState still = At(kTurn, 6);
+  const std::pair<int, int> moving = Find(still);
+  EXPECT_EQ(moving, std::make_pair(kTurn, 6));
+  for (Eigen::Vector3d& velocity : still.linear_velocity) velocity.setZero();
+  EXPECT_NE(Find(still), moving);
+
+  // In the air, where only the tumble goes.
+  ASSERT_EQ(Find(Moved(At(kTumble, 0), 0, {0, 0, 0})),
+            std::make_pair(kTumble, 0));
+  EXPECT_EQ(Find(Moved(At(kSway, 2), 0, {0, 0, 2})).first, kTumble);
+}
+
+// The sway has 20 frames, the tumble 16: four and one are followed by 15.
+TEST_F(NearestFramesTest, LeavesOutTheEndsOfClipsThatDoNotLoop) {
+  EXPECT_EQ(frames_->size(), 24 + 5 + 1);
+  const auto [clip, frame] = Find(At(kSway, 19));
+  EXPECT_TRUE(clip != kSway || frame <= 4) << clip << " " << frame;
+}
+
+TEST_F(NearestFramesTest, LeavesOutWhatTrainingDoes) {
+  testing::LeaveOut({kTurn}, toy_);
+  Index();
+
+  EXPECT_EQ(frames_->size(), 6);
+  EXPECT_NE(Find(At(kTurn, 6)).first, kTurn);
+
+  testing::LeaveOut({kTurn, kSway, kTumble}, toy_);
+  Index();
+  EXPECT_EQ(Find(At(kTurn, 6)).first, -1);
+}
+
+TEST_F(NearestFramesTest, ABodyThatIsNotFiniteHasNone) {
+  BodyState body = At(kTurn, 6);
+  body.position[1].x() = std::numeric_limits<double>::quiet_NaN();
+
+  EXPECT_EQ(Find(body).first, -1);
+}
+
+TEST_F(NearestFramesTest, DoesNotAllocate) {
+  const BodyState body = At(kTurn, 6);
+  const int64_t before = sinew::testing::AllocationCount();
+  const std::optional<StartFrame> found =
+      frames_->Find(body, absl::MakeSpan(scratch_));
+  EXPECT_EQ(sinew::testing::AllocationCount(), before);
+  EXPECT_TRUE(found.has_value());
+}
+
+}  // namespace
+}  // namespace sinew::world
