@@ -229,12 +229,34 @@ TEST(DistillationRollout, CutInTwoHalvesIsTheSameRollout) {
   std::set<EpisodeActor> actors;
   std::set<v1::StartKind> kinds;
   for (const v1::EpisodeEnd& end : whole.episodes()) {
-    actors.insert(WhoActs(RecipeOfThree().distillation(), 11, end.environment(),
+    actors.insert(WhoActs(RecipeOfThree().distillation(),
+                          rig.TrainOrder(1, 1).seed(), end.environment(),
                           end.episode()));
     kinds.insert(end.start_kind());
   }
   EXPECT_EQ(actors.size(), 3);
   EXPECT_EQ(kinds.size(), 2);
+}
+
+// The first half ends where bodies have just been carried on.
+TEST(DistillationRollout, CutWhereABodyGoesOnItIsTheSameRollout) {
+  RolloutRig rig(StudentRecipe(
+      absl::StrCat(kAbsolute, "randomisation { mass: 0.2 joint_offset: 0.05 }"),
+      "prior_share: 1 prior_steps: 5"));
+  rig.UseLatentPolicy();
+  v1::Order order = rig.StandingOrder(2, 20);
+  const v1::Segment whole = rig.Run(order);
+  order.set_horizon(10);
+  const v1::Segment first = rig.Run(order);
+  *order.mutable_states() = first.end_states();
+  rig.NewWorker();
+
+  for (const v1::EnvironmentState& state : first.end_states()) {
+    EXPECT_EQ(state.start_kind(), v1::START_KIND_CARRIED);
+    EXPECT_EQ(state.step(), 0);
+    EXPECT_GT(state.physics_size(), 0);
+  }
+  rig.ExpectTogether(whole, first, rig.Run(order));
 }
 
 TEST(DistillationRollout, TheTeacherActsByItsLawInItsEpisodesOnly) {
@@ -344,7 +366,7 @@ TEST(DistillationRollout, ABodyThatThePriorLeftGoesOnFromTheNearestFrame) {
     const auto last = Column<float>(segment, "truncation_observation");
     const int width = rig.assets->task().observation_width();
     const int own = rig.assets->task().self_observation_width();
-    ASSERT_EQ(last.size() % width, 0);
+    ASSERT_EQ(last.size(), width);
     const auto* after = observation.data() + 19 * width;
     double worst = 0;
     for (int i = 0; i < own; ++i) {
@@ -371,6 +393,24 @@ TEST(DistillationRollout, EpisodesOfThePriorAreCutOff) {
     EXPECT_EQ(end.reason(), v1::EpisodeEnd::REASON_TIME_LIMIT);
   }
   EXPECT_EQ(segment.episodes(7).start_kind(), v1::START_KIND_CARRIED);
+}
+
+TEST(DistillationRollout, EpisodesOfThePriorAreNotCutOffWhileBodiesRecover) {
+  RolloutRig rig(StudentRecipe(
+      absl::StrCat(kAbsolute,
+                   "recovery { fallen_share: 1 steps: 6 fallen_states: 2 }"),
+      "prior_share: 1 prior_steps: 2"));
+  rig.UseLatentPolicy();
+
+  const v1::Segment segment = rig.Run(rig.TrainOrder(2, 8));
+
+  int fallen = 0;
+  for (const v1::EpisodeEnd& end : segment.episodes()) {
+    if (end.start_kind() != v1::START_KIND_FALLEN) continue;
+    ++fallen;
+    EXPECT_GT(end.steps(), 6);
+  }
+  EXPECT_GT(fallen, 0);
 }
 
 TEST(DistillationRollout, ThePriorsNoiseHasAScale) {
@@ -449,7 +489,8 @@ TEST_P(DistillationAllocation, LongerOrdersAllocateNoMoreThanShortOnes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shares, DistillationAllocation,
-                         ::testing::Values("teacher_share", "prior_share"));
+                         ::testing::Values("teacher_share",
+                                           "prior_steps: 100 prior_share"));
 
 }  // namespace
 }  // namespace sinew::actor

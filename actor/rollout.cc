@@ -26,6 +26,9 @@ class Worker final : public RolloutWorker {
     }
     if (snapshot.prior() != nullptr) {
       SINEW_RETURN_IF_ERROR(state_.prior.SetGraph(*snapshot.prior()));
+      if (state_.nearest == nullptr && order.kind() == v1::Order::KIND_TRAIN) {
+        state_.nearest = state_.assets->nearest_frames();
+      }
     }
     v1::Segment segment;
     segment.set_run_id(order.run_id());

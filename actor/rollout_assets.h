@@ -5,12 +5,14 @@
 #include <string>
 #include <variant>
 
+#include "absl/base/call_once.h"
 #include "absl/status/statusor.h"
 #include "common/mapped_file.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
 #include "sim/world/fallen_states.h"
+#include "sim/world/nearest_frame.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
@@ -41,6 +43,9 @@ class RolloutAssets {
 
   const world::TrackingTask& task() const { return *task_; }
   const v1::Recipe& recipe() const { return task_->recipe(); }
+  // Where bodies go on that the prior has led (TrackingTask::CarryOn); made
+  // when first asked for, which reads the library, and shared from then on.
+  std::shared_ptr<const world::NearestFrames> nearest_frames() const;
   // Columns of a training segment, and the digest of the layout.
   const v1::SegmentLayout& layout() const { return layout_; }
   const std::string& layout_sha256() const { return layout_sha256_; }
@@ -54,6 +59,8 @@ class RolloutAssets {
   std::unique_ptr<const world::TrackingTask> task_;
   v1::SegmentLayout layout_;
   std::string layout_sha256_;
+  mutable absl::once_flag nearest_once_;
+  mutable std::shared_ptr<const world::NearestFrames> nearest_frames_;
 };
 
 }  // namespace sinew::actor

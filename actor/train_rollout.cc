@@ -95,7 +95,7 @@ class TrainRollout {
     int teachers = 0, priors = 0;
     for (int e = 0; e < size_; ++e) {
       const EpisodeActor actor = WhoActs(state_.environments[e]);
-      WorkerState::Acting& acting = state_.acting[e];
+      WorkerState::ActingRow& acting = state_.acting[e];
       acting = {.actor = actor, .row = e};
       if (actor == EpisodeActor::kPolicy) continue;
       const bool teacher = actor == EpisodeActor::kTeacher;
@@ -212,11 +212,14 @@ class TrainRollout {
     return result;
   }
 
-  // Ends an episode of the prior before it is far from its reference.
+  // Ends an episode of the prior before it is far from its reference, but not
+  // while the body recovers.
   void CutOff(const Acting& acting, const world::Episode& episode,
               world::StepResult* result) const {
     if (acting.actor != EpisodeActor::kPrior || result->terminated ||
-        episode.step < task_.recipe().distillation().prior_steps()) {
+        episode.recovery_steps_left > 0 ||
+        episode.step - episode.frozen_steps <
+            task_.recipe().distillation().prior_steps()) {
       return;
     }
     result->truncated = true;
@@ -259,7 +262,8 @@ class TrainRollout {
     if (step + 1 == order_.horizon()) writer_.WriteBoundary(e, observation);
     if (!result.terminated && !result.truncated) return;
     EndEpisode(result, &state_.environments[e]);
-    if (ActingIn(e).actor == EpisodeActor::kPrior && !result.diverged) {
+    if (state_.nearest != nullptr && !result.diverged &&
+        ActingIn(e).actor == EpisodeActor::kPrior) {
       CarryOn(e);
     }
   }
@@ -267,12 +271,12 @@ class TrainRollout {
   // Lets the body go on from where the prior has left it, if it can.
   void CarryOn(int e) {
     Environment& environment = state_.environments[e];
+    DrawConditions(&environment);
     bool carried = false;
     const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
-      carried = task_.CarryOn(data, &environment.episode, state_.work.get());
-      if (!carried) return;
-      DrawConditions(&environment);
-      Observe(e, data);
+      carried = task_.CarryOn(*state_.nearest, data, &environment.episode,
+                              state_.work.get());
+      if (carried) Observe(e, data);
     });
     environment.fresh = !(ok && carried);
   }

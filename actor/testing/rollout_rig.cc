@@ -210,8 +210,14 @@ void RolloutRig::ExpectTogether(const v1::Segment& whole,
     EXPECT_EQ(data(whole, name), data(first, name) + data(second, name))
         << name;
   }
-  EXPECT_EQ(whole.episodes_size(),
-            first.episodes_size() + second.episodes_size());
+  v1::Segment ends = first;
+  ends.mutable_episodes()->MergeFrom(second.episodes());
+  ASSERT_EQ(whole.episodes_size(), ends.episodes_size());
+  for (int i = 0; i < ends.episodes_size(); ++i) {
+    EXPECT_EQ(SerializeDeterministically(whole.episodes(i)),
+              SerializeDeterministically(ends.episodes(i)))
+        << i;
+  }
   EXPECT_EQ(data(whole, column::kBoundaryObservation),
             data(second, column::kBoundaryObservation));
   ASSERT_EQ(whole.end_states_size(), second.end_states_size());

@@ -85,8 +85,11 @@ void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
       "0, since network.latent is unset and there is no prior", prior);
   const v1::Distillation& distillation = recipe.distillation();
   if (prior > 0) {
-    check.AtLeast(distillation.prior_noise(), 0, "distillation.prior_noise");
+    check.Within(distillation.prior_noise(), 0, 100,
+                 "distillation.prior_noise");
     check.AtLeast(distillation.prior_steps(), 1, "distillation.prior_steps");
+    check.AtLeast(distillation.prior_first_episode(), 0,
+                  "distillation.prior_first_episode");
     return;
   }
   constexpr absl::string_view kUnset =
@@ -95,6 +98,9 @@ void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
                 kUnset, distillation.prior_noise());
   check.Require(distillation.prior_steps() == 0, "distillation.prior_steps",
                 kUnset, distillation.prior_steps());
+  check.Require(distillation.prior_first_episode() == 0,
+                "distillation.prior_first_episode", kUnset,
+                distillation.prior_first_episode());
 }
 
 void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {

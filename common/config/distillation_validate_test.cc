@@ -251,10 +251,16 @@ INSTANTIATE_TEST_SUITE_P(
                   "distillation.prior_share is 0, found 4"},
         Violation{
             {"distillation.prior_share=0.5", "distillation.prior_noise=-1"},
-            "distillation.prior_noise: expected >= 0, found -1"},
+            "distillation.prior_noise: expected within [0, 100], found -1"},
         Violation{
             {"distillation.prior_share=0.5", "distillation.prior_steps=-1"},
             "distillation.prior_steps: expected >= 1, found -1"},
+        Violation{{"distillation.prior_first_episode=9"},
+                  "distillation.prior_first_episode: expected unset, since "
+                  "distillation.prior_share is 0, found 9"},
+        Violation{{"distillation.prior_share=0.5",
+                   "distillation.prior_first_episode=-9"},
+                  "distillation.prior_first_episode: expected >= 0, found -9"},
         Violation{{"distillation.teacher_action.clip=-1"},
                   "distillation.teacher_action.clip: expected > 0, found -1"},
         Violation{{"distillation.memory.priority_exponent=2"},
@@ -398,7 +404,7 @@ void ExpectNansRefused(v1::Recipe& recipe, google::protobuf::Message& message) {
 }
 
 TEST(Imitation, RefusesNan) {
-  v1::Recipe recipe = MakeStudent();
+  v1::Recipe recipe = MakeStudent({"distillation.prior_share=0.5"});
 
   ExpectNansRefused(recipe, *recipe.mutable_distillation());
   ExpectNansRefused(recipe,

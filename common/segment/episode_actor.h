@@ -24,7 +24,11 @@ enum class EpisodeActor {
 inline EpisodeActor WhoActs(const v1::Distillation& distillation, uint64_t seed,
                             uint64_t environment, uint64_t episode) {
   const double teacher = distillation.teacher_share();
-  const double others = teacher + distillation.prior_share();
+  const double prior =
+      episode < static_cast<uint64_t>(distillation.prior_first_episode())
+          ? 0
+          : distillation.prior_share();
+  const double others = teacher + prior;
   if (!(others > 0)) return EpisodeActor::kPolicy;
   const double drawn = Uniform({.seed = seed,
                                 .environment = environment,

@@ -38,12 +38,27 @@ TEST(EpisodeActorTest, DependsOnSeedEnvironmentAndEpisode) {
     seeds += WhoActs(shares, i, 0, 0) != first;
     environments += WhoActs(shares, 0, i, 0) != first;
     episodes += WhoActs(shares, 0, 0, i) != first;
-    EXPECT_EQ(WhoActs(shares, i, i, i), WhoActs(shares, i, i, i));
   }
   for (const int differing : {seeds, environments, episodes}) {
     EXPECT_GT(differing, 10);
     EXPECT_LT(differing, 40);
   }
+}
+
+TEST(EpisodeActorTest, ThePriorWaitsForItsFirstEpisode) {
+  v1::Distillation shares = Shares(0.25, 0.75);
+  shares.set_prior_first_episode(50);
+  int teacher = 0;
+  for (int i = 0; i < 100; ++i) {
+    const EpisodeActor actor = WhoActs(shares, 1, 3, i);
+    EXPECT_EQ(actor == EpisodeActor::kTeacher,
+              WhoActs(Shares(0.25, 0.75), 1, 3, i) == EpisodeActor::kTeacher);
+    teacher += actor == EpisodeActor::kTeacher;
+    if (actor == EpisodeActor::kTeacher) continue;
+    EXPECT_EQ(actor, i < 50 ? EpisodeActor::kPolicy : EpisodeActor::kPrior)
+        << i;
+  }
+  EXPECT_GT(teacher, 0);
 }
 
 TEST(EpisodeActorTest, TheEndsOfTheShares) {

@@ -28,8 +28,17 @@ double CoreSeconds(const v1::StageSeconds& seconds) {
          seconds.encode();
 }
 
+// Whether an episode was the policy's own: those of others say nothing of it.
+bool IsOfPolicy(const v1::Recipe& recipe, const v1::EpisodeEnd& episode) {
+  return WhoActs(recipe.distillation(), recipe.seed(),
+                 static_cast<uint64_t>(episode.environment()),
+                 static_cast<uint64_t>(episode.episode())) ==
+         EpisodeActor::kPolicy;
+}
+
 // Sums what the segments say into the report.
-void SummariseSegments(const std::vector<v1::Segment>& segments,
+void SummariseSegments(const v1::Recipe& recipe,
+                       const std::vector<v1::Segment>& segments,
                        IterationReport& report) {
   v1::StageSeconds& total = report.rollout_seconds;
   double steps = 0;
@@ -44,6 +53,7 @@ void SummariseSegments(const std::vector<v1::Segment>& segments,
     total.set_observe(total.observe() + seconds.observe());
     total.set_encode(total.encode() + seconds.encode());
     for (const v1::EpisodeEnd& episode : segment.episodes()) {
+      if (!IsOfPolicy(recipe, episode)) continue;
       ++report.episodes;
       steps += episode.steps();
       report.failed_episodes +=
@@ -152,12 +162,7 @@ absl::Status Trainer::Absorb(const std::vector<v1::Segment>& segments) {
   open_orders_.clear();
   for (const v1::Segment& segment : segments) {
     for (const v1::EpisodeEnd& episode : segment.episodes()) {
-      const EpisodeActor actor =
-          WhoActs(options_.recipe.distillation(), options_.recipe.seed(),
-                  static_cast<uint64_t>(episode.environment()),
-                  static_cast<uint64_t>(episode.episode()));
-      // Those of others say nothing of the policy.
-      if (actor != EpisodeActor::kPolicy) continue;
+      if (!IsOfPolicy(options_.recipe, episode)) continue;
       curriculum_->Record(episode, iteration_);
     }
   }
@@ -177,7 +182,7 @@ absl::StatusOr<IterationReport> Trainer::RunIteration() {
   // From here on nothing waits for others; a failure is fatal.
   at_rest_ = false;
   SINEW_RETURN_IF_ERROR(Absorb(collected.training));
-  SummariseSegments(collected.training, report);
+  SummariseSegments(options_.recipe, collected.training, report);
   if (options_.recipe.rollouts().max_policy_lag() > 0) {
     SINEW_RETURN_IF_ERROR(BeginTraining(iteration_ + 1));
   }

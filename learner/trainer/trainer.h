@@ -30,7 +30,9 @@ struct IterationReport {
   int64_t samples = 0;         // in all
   int64_t policy_version = 0;  // newest snapshot
   UpdateStatistics update;
-  int64_t episodes = 0;         // ended in this iteration
+  // Episodes of the policy, not of teacher or prior, that ended in this
+  // iteration, here and in what follows.
+  int64_t episodes = 0;
   int64_t failed_episodes = 0;  // terminated; others were truncated:
   int64_t time_limit_episodes = 0, clip_end_episodes = 0;
   int64_t diverged = 0;

@@ -29,14 +29,13 @@ namespace sinew::world {
 //   if (const auto nearest = frames.Find(body, absl::MakeSpan(scratch))) ...
 //
 // Thread-safety: immutable; scratch is the caller's. Ownership: copies what it
-// needs. Blocking: Find compares with all candidates, 0.1 ms for each ten
-// thousand; it does not allocate. Errors: none; a body that is not finite has
-// none.
+// needs. Blocking: Find compares with all candidates; it does not allocate.
+// Errors: none; a body that is not finite has none.
 class NearestFrames {
  public:
   static constexpr double kVelocitySeconds = 0.1;
   static constexpr int64_t kFramesAhead = 15;
-  static constexpr int64_t kMostFrames = 65536;
+  static constexpr int64_t kMostFrames = 32768;
 
   NearestFrames(const v1::Start& recipe, const motion::Library& library,
                 const BodyReader& reader);

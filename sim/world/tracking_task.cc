@@ -73,11 +73,7 @@ TrackingTask::TrackingTask(const v1::Recipe& recipe,
       actuation_(std::move(actuation)),
       recovery_(recipe.task().recovery()),
       randomisation_(std::move(randomisation)),
-      fresh_row_(FreshRow(character.model())) {
-  if (recipe.distillation().prior_share() == 0) return;
-  nearest_ =
-      std::make_unique<NearestFrames>(recipe.task().start(), library, reader_);
-}
+      fresh_row_(FreshRow(character.model())) {}
 
 std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   auto work = std::make_unique<Workspace>();
@@ -94,7 +90,6 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   work->no_contact.resize(work->self_contact.size());
   work->noise.resize(2 * reader_.num_joints());
   work->joint_position.resize(reader_.num_joints());
-  if (nearest_ != nullptr) work->posture.resize(nearest_->width());
   if (randomisation_.on()) {
     work->sensed = work->body;
     work->variant = std::make_unique<ModelVariant>(*character_);

@@ -86,7 +86,7 @@ class TrackingTask {
   // methods. Made by MakeWorkspace.
   struct Workspace {
     BodyState body;       // of the last Reset, Refresh or Step
-    BodyState reference;  // what Step compared `body` with
+    BodyState reference;  // what Step or CarryOn compared `body` with
     // Frames ahead of the last observation.
     std::vector<BodyState> ahead;
     std::vector<std::unique_ptr<motion::ReferenceFrame>> ahead_frames;
@@ -153,11 +153,14 @@ class TrackingTask {
   // Begins an episode with the body as it is: moves it over the floor, turned
   // by yaw, onto the frame that is nearest to it, which becomes the episode's
   // start; root and heading are then that frame's. Clock and previous target
-  // go on. False where nothing is near: there is no such frame, or a body would
-  // be farther off it than termination allows; the data may have moved then,
-  // and nothing but Begin may follow. Leaves work->body. Precondition: the
-  // recipe has a prior_share; of the episode, only the number is set.
-  bool CarryOn(mjData* data, Episode* episode, Workspace* work) const;
+  // go on. False where nothing is near: there is no such frame, or the body
+  // would be farther off it than termination allows, on the mean or at a
+  // terminating body; the data may have moved then, and nothing but Begin may
+  // follow. Leaves work->body and work->reference. `frames` are of this task's
+  // library and character; of the episode, only the number is set. Allocates
+  // the first time for a workspace.
+  bool CarryOn(const NearestFrames& frames, mjData* data, Episode* episode,
+               Workspace* work) const;
 
   // Of an environment, for DrawConditions.
   Conditions MakeConditions() const { return randomisation_.MakeConditions(); }
@@ -250,8 +253,6 @@ class TrackingTask {
   RecoveryLaw recovery_;
   Randomisation randomisation_;
   std::vector<double> fresh_row_;  // physics row of a new mjData
-  // Where bodies go on; null where the recipe has no prior_share.
-  std::unique_ptr<const NearestFrames> nearest_;
 };
 
 // The pose of a row: root and joints to qpos and qvel (MuJoCo's free joint

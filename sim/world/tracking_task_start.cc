@@ -120,11 +120,12 @@ void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
             data);
 }
 
-bool TrackingTask::CarryOn(mjData* data, Episode* episode,
-                           Workspace* work) const {
+bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
+                           Episode* episode, Workspace* work) const {
   Refresh(data, work);
+  work->posture.resize(frames.width());
   const std::optional<StartFrame> nearest =
-      nearest_->Find(work->body, absl::MakeSpan(work->posture));
+      frames.Find(work->body, absl::MakeSpan(work->posture));
   if (!nearest.has_value()) return false;
   work->frame->Load(nearest->clip, nearest->frame);
   reader_.Read(work->frame->view(), &work->reference);
@@ -136,9 +137,10 @@ bool TrackingTask::CarryOn(mjData* data, Episode* episode,
   // Of accelerations in the world that it has no more.
   std::fill_n(data->qacc_warmstart, character_->model()->nv, 0.0);
   Refresh(data, work);
-  if (!(MeasureDistances(work->body, work->reference, character_->terminating())
-            .max_terminating <=
-        recipe_.task().termination().max_body_distance())) {
+  const BodyDistances distances =
+      MeasureDistances(work->body, work->reference, character_->terminating());
+  const double most = recipe_.task().termination().max_body_distance();
+  if (!(distances.max_terminating <= most && distances.mean <= most)) {
     return false;
   }
   episode->clip = nearest->clip;

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "common/files.h"
 #include "common/policy/safetensors.h"
 #include "deploy/bundle/bundle.h"
@@ -194,18 +193,17 @@ TEST(RunFaultsTest, AnActorThatIsKilledIsReplaced) {
 
 TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
   const TrainingRig rig;
-  const auto train = rig.Start("run", rig.Train("run", 0));
+  // Without evaluations: a best policy that cannot be kept would count as well.
+  const auto train =
+      rig.Start("run", rig.Train("run", 0, {"--set", "evaluation.interval=0"}));
   rig.AwaitRows(*train, "run", 2);
   const std::string blobs = rig.Path("run") + "/checkpoints/blobs";
   std::filesystem::rename(blobs, blobs + ".away");
 
-  // A best policy that cannot be kept counts as well, and may be the first.
-  const std::string reason = "cannot save the training state";
   const std::regex counted("\"save_failures\":[1-9]");
   Await(*train, [&] {
     const auto text = ReadFile(rig.Path("run") + "/metrics.jsonl");
-    return text.ok() && std::regex_search(*text, counted) &&
-           absl::StrContains(rig.Output("run"), reason);
+    return text.ok() && std::regex_search(*text, counted);
   });
   std::filesystem::rename(blobs + ".away", blobs);
   const int rows = rig.Rows("run");
@@ -214,6 +212,7 @@ TEST(RunFaultsTest, ASaveThatFailsIsCountedAndEndsNothing) {
   const auto end = train->Wait(absl::Minutes(1));
 
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("run");
+  EXPECT_THAT(rig.Output("run"), HasSubstr("cannot save the training state"));
   EXPECT_EQ(rig.StateOf("run").counters.iteration(), rig.Rows("run"));
 }
 
