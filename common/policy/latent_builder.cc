@@ -7,6 +7,7 @@
 #include "absl/types/span.h"
 #include "common/policy/graph_error.h"
 #include "common/policy/graph_writer.h"
+#include "common/policy/latent_graphs.h"
 #include "common/policy/layers.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
@@ -231,25 +232,25 @@ void AddPolicy(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
 }
 
 void AddEncoder(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
-  LatentGraph graph(options, "encoder", all);
+  LatentGraph graph(options, kEncoderGraph, all);
   graph.Observation();
   graph.Taps(graph.Encoder());
 }
 
 void AddPrior(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
-  LatentGraph graph(options, "prior", all);
+  LatentGraph graph(options, kPriorGraph, all);
   graph.SelfObservation();
   graph.Taps(graph.Prior());
 }
 
 void AddDecoder(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
-  LatentGraph graph(options, "decoder", all);
+  LatentGraph graph(options, kDecoderGraph, all);
   graph.SelfObservation();
   graph.Decoder(graph.Latent());
 }
 
 void AddSample(const LatentPolicyOptions& options, v1::PolicyGraph& all) {
-  LatentGraph graph(options, "sample", all);
+  LatentGraph graph(options, kSampleGraph, all);
   graph.SelfObservation();
   graph.Noise();
   graph.Decoder(graph.Draw(graph.Prior()));

@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/policy/latent_graphs.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/manifest.h"
@@ -17,7 +18,8 @@
 namespace sinew::bundle {
 namespace {
 
-constexpr const char* kGraphs[] = {kEncoder, kPrior, kDecoder, kSample};
+constexpr const char* kGraphs[] = {policy::kEncoderGraph, policy::kPriorGraph,
+                                   policy::kDecoderGraph, policy::kSampleGraph};
 
 // What a graph must have; each as Show prints it.
 struct Wanted {
@@ -52,10 +54,10 @@ std::vector<Wanted> WantedGraphs(const Bundle& bundle) {
       {"mean", Show("mean", z)}, {"std", Show("std", z)}};
   const std::map<std::string, std::string> action = {
       {"action", Show("action", manifest.action_width(), " executed")}};
-  return {{kEncoder, {observation}, gaussian},
-          {kPrior, {own}, gaussian},
-          {kDecoder, {own, Show("latent", z)}, action},
-          {kSample, {own, Show("noise", z, " noise")}, action}};
+  return {{policy::kEncoderGraph, {observation}, gaussian},
+          {policy::kPriorGraph, {own}, gaussian},
+          {policy::kDecoderGraph, {own, Show("latent", z)}, action},
+          {policy::kSampleGraph, {own, Show("noise", z, " noise")}, action}};
 }
 
 bool HasGraph(const Bundle& bundle, const std::string& name) {
@@ -109,7 +111,7 @@ absl::Status CheckPlacement(const Bundle& bundle) {
 }  // namespace
 
 int64_t LatentWidth(const v1::PolicyGraph& graph) {
-  const auto decoder = policy::FindGraph(graph, kDecoder);
+  const auto decoder = policy::FindGraph(graph, policy::kDecoderGraph);
   if (!decoder.ok()) return 0;
   for (const v1::GraphInput& input : (*decoder)->inputs()) {
     if (input.name() == "latent") return input.width();

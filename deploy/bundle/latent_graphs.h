@@ -10,7 +10,7 @@
 namespace sinew::bundle {
 
 // The four graphs that a bundle with a latent has beside "policy"
-// (common/policy/latent_builder.h), with the names by which its users speak to
+// (common/policy/latent_graphs.h), with the ports by which its users speak to
 // them:
 //
 //   "encoder"  input "observation"                     taps "mean", "std"
@@ -19,10 +19,6 @@ namespace sinew::bundle {
 //   "sample"   inputs "self_observation", "noise"      tap "action", executed
 //
 // Thread-safety: pure functions. Blocking: never.
-inline constexpr char kEncoder[] = "encoder";
-inline constexpr char kPrior[] = "prior";
-inline constexpr char kDecoder[] = "decoder";
-inline constexpr char kSample[] = "sample";
 
 // Width of the input "latent" of the graph "decoder"; 0 if there is none.
 int64_t LatentWidth(const v1::PolicyGraph& graph);

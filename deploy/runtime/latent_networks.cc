@@ -5,6 +5,7 @@
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
 #include "common/check.h"
+#include "common/policy/latent_graphs.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/latent_graphs.h"
 
@@ -54,17 +55,17 @@ absl::StatusOr<std::unique_ptr<LatentNetworks>> LatentNetworks::Create(
   }
   auto made = absl::WrapUnique(new LatentNetworks());
   made->width_ = static_cast<int>(bundle.manifest.latent_width());
+  SINEW_ASSIGN_OR_RETURN(made->encoder_,
+                         MakeNetwork(bundle, policy::kEncoderGraph,
+                                     {"observation"}, {"mean", "std"}));
+  SINEW_ASSIGN_OR_RETURN(made->prior_,
+                         MakeNetwork(bundle, policy::kPriorGraph,
+                                     {"self_observation"}, {"mean", "std"}));
   SINEW_ASSIGN_OR_RETURN(
-      made->encoder_,
-      MakeNetwork(bundle, bundle::kEncoder, {"observation"}, {"mean", "std"}));
-  SINEW_ASSIGN_OR_RETURN(
-      made->prior_, MakeNetwork(bundle, bundle::kPrior, {"self_observation"},
-                                {"mean", "std"}));
-  SINEW_ASSIGN_OR_RETURN(
-      made->decoder_, MakeNetwork(bundle, bundle::kDecoder,
+      made->decoder_, MakeNetwork(bundle, policy::kDecoderGraph,
                                   {"self_observation", "latent"}, {"action"}));
   SINEW_ASSIGN_OR_RETURN(
-      made->sample_, MakeNetwork(bundle, bundle::kSample,
+      made->sample_, MakeNetwork(bundle, policy::kSampleGraph,
                                  {"self_observation", "noise"}, {"action"}));
   return made;
 }
