@@ -1,4 +1,5 @@
-// Distillation and latents in ValidateRecipe and WithDefaults.
+// Distillation, and latents that are distilled, in ValidateRecipe and
+// WithDefaults.
 
 #include <limits>
 #include <string>
@@ -302,77 +303,6 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"evaluation.interval=10", "ppo.anneal.success_share=0.5"},
                   "ppo.anneal.success_share: expected unset, since ppo is "
                   "unused where distillation is set, found 0.5"}));
-
-// A latent that PPO learns, and more.
-v1::Recipe MakeLearntLatent(const std::vector<std::string>& more = {}) {
-  std::vector<std::string> assignments = {"network.latent.width=8",
-                                          "task.action.placement=absolute"};
-  assignments.insert(assignments.end(), more.begin(), more.end());
-  return MakeRecipe(assignments);
-}
-
-TEST(LearntLatent, NeedsNoTeacherAndHasAWeightOfItsKl) {
-  const v1::Recipe recipe = MakeLearntLatent();
-
-  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
-  EXPECT_EQ(recipe.ppo().latent_kl_weight(), 0.001);
-  EXPECT_EQ(RecordedLatentWidth(recipe), 8);
-  EXPECT_EQ(
-      MakeLearntLatent({"ppo.latent_kl_weight=0"}).ppo().latent_kl_weight(), 0);
-}
-
-TEST(LearntLatent, LeavesOtherRecipesAsTheyWere) {
-  for (const v1::Recipe& recipe : {MakeRecipe({}), MakeStudent()}) {
-    EXPECT_EQ(RecordedLatentWidth(recipe), 0);
-    EXPECT_FALSE(recipe.ppo().has_latent_kl_weight());
-  }
-}
-
-class LearntLatentViolation : public ::testing::TestWithParam<Violation> {};
-
-TEST_P(LearntLatentViolation, IsRefusedByNameOfField) {
-  EXPECT_THAT(ValidateRecipe(MakeLearntLatent(GetParam().assignments)),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       absl::StrCat("recipe field ", GetParam().expected)));
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    All, LearntLatentViolation,
-    ::testing::Values(
-        Violation{{"ppo.latent_kl_weight=-1"},
-                  "ppo.latent_kl_weight: expected >= 0, found -1"},
-        Violation{{"ppo.mirror=true"},
-                  "ppo.mirror: expected unset, since network.latent is set and "
-                  "its noise has no mirror image, found true"},
-        Violation{{"network.composer.primitives=2"},
-                  "network.composer: expected unset, since network.latent is "
-                  "set, found \"set\""},
-        Violation{{"procedure.full_samples=1000", "procedure.hard_samples=500",
-                   "plateau.evaluations=3", "evaluation.interval=10"},
-                  "procedure: expected unset, since network.latent is set, "
-                  "found \"set\""},
-        // As where it is distilled.
-        Violation{{"task.action.placement=around_next_reference"},
-                  "task.action.placement: expected PLACEMENT_AROUND_CURRENT or "
-                  "PLACEMENT_ABSOLUTE, since the decoder of network.latent "
-                  "sees no reference, found "
-                  "\"PLACEMENT_AROUND_NEXT_REFERENCE\""},
-        // Sizes of PPO's minibatches must fit again.
-        Violation{{"ppo.minibatch=1000"},
-                  "ppo.minibatch: expected a divisor of the batch "
-                  "(rollouts.environments * rollouts.horizon = 8192), found "
-                  "1000"}));
-
-TEST(LearntLatent, ItsWeightIsRefusedWhereThereIsNone) {
-  for (const v1::Recipe& recipe :
-       {MakeRecipe({"ppo.latent_kl_weight=0.01"}),
-        MakeStudent({"ppo.latent_kl_weight=0.01"})}) {
-    EXPECT_THAT(ValidateRecipe(recipe),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         "recipe field ppo.latent_kl_weight: expected unset, "
-                         "since PPO learns no network.latent, found 0.01"));
-  }
-}
 
 TEST(Imitation, AProcedureIsRefused) {
   EXPECT_THAT(
