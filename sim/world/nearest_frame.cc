@@ -22,7 +22,8 @@ void Describe(const BodyState& body, float* out) {
 }
 
 std::vector<StartFrame> Candidates(const v1::Start& recipe,
-                                   const motion::Library& library) {
+                                   const motion::Library& library,
+                                   int64_t most) {
   std::vector<StartFrame> all;
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
@@ -34,8 +35,8 @@ std::vector<StartFrame> Candidates(const v1::Start& recipe,
       all.push_back({.clip = c, .frame = static_cast<int32_t>(frame)});
     }
   }
-  const size_t every = (all.size() + NearestFrames::kMostFrames - 1) /
-                       NearestFrames::kMostFrames;
+  const auto limit = static_cast<size_t>(most);
+  const size_t every = (all.size() + limit - 1) / limit;
   std::vector<StartFrame> kept;
   for (size_t i = 0; i < all.size(); i += every) kept.push_back(all[i]);
   return kept;
@@ -45,8 +46,8 @@ std::vector<StartFrame> Candidates(const v1::Start& recipe,
 
 NearestFrames::NearestFrames(const v1::Start& recipe,
                              const motion::Library& library,
-                             const BodyReader& reader)
-    : frames_(Candidates(recipe, library)) {
+                             const BodyReader& reader, int64_t most)
+    : frames_(Candidates(recipe, library, most)) {
   const int bodies = reader.num_bodies();
   features_.resize(static_cast<int64_t>(frames_.size()), 6 * bodies);
   BodyState body(bodies, reader.num_joints());

@@ -22,7 +22,7 @@ namespace sinew::world {
 // heading: the distance is the square root of the sum of squares. Candidates
 // are the frames of the clips that IsDrawn says which are followed by at least
 // kFramesAhead others (all frames of a looping clip); where there are more than
-// kMostFrames, every n-th.
+// `most`, every n-th, so that at most so many are kept.
 //
 //   NearestFrames frames(recipe.task().start(), library, reader);
 //   std::vector<float> scratch(frames.width());
@@ -37,8 +37,9 @@ class NearestFrames {
   static constexpr int64_t kFramesAhead = 15;
   static constexpr int64_t kMostFrames = 32768;
 
+  // `most` >= 1.
   NearestFrames(const v1::Start& recipe, const motion::Library& library,
-                const BodyReader& reader);
+                const BodyReader& reader, int64_t most = kMostFrames);
 
   // Numbers of scratch that Find needs.
   int width() const { return static_cast<int>(features_.cols()); }

@@ -10,10 +10,13 @@
 #include <vector>
 
 #include "common/testing/allocation_count.h"
+#include "sim/world/testing/random_state.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::world {
 namespace {
+
+using testing::Moved;
 
 constexpr int kTurn = 0, kSway = 1, kTumble = 2;
 
@@ -25,8 +28,8 @@ class NearestFramesTest : public ::testing::Test {
   }
 
   // Of the library as it is now.
-  void Index() {
-    frames_.emplace(toy_.recipe.task().start(), *toy_.library, reader_);
+  void Index(int64_t most = NearestFrames::kMostFrames) {
+    frames_.emplace(toy_.recipe.task().start(), *toy_.library, reader_, most);
     scratch_.resize(frames_->width());
   }
 
@@ -47,19 +50,6 @@ class NearestFramesTest : public ::testing::Test {
   std::optional<NearestFrames> frames_;
   std::vector<float> scratch_;
 };
-
-// Elsewhere on the floor, heading elsewhere.
-BodyState Moved(BodyState body, double yaw, const Eigen::Vector3d& offset) {
-  const Eigen::Quaterniond turn(
-      Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-  for (size_t b = 0; b < body.position.size(); ++b) {
-    body.position[b] = turn * body.position[b] + offset;
-    body.rotation[b] = turn * body.rotation[b];
-    body.linear_velocity[b] = turn * body.linear_velocity[b];
-    body.angular_velocity[b] = turn * body.angular_velocity[b];
-  }
-  return body;
-}
 
 TEST_F(NearestFramesTest, FindsAFrameWhereverTheBodyIsInThePlane) {
   for (const auto& [clip, frame] :
@@ -99,6 +89,20 @@ TEST_F(NearestFramesTest, LeavesOutWhatTrainingDoes) {
   testing::LeaveOut({kTurn, kSway, kTumble}, toy_);
   Index();
   EXPECT_EQ(Find(At(kTurn, 6)).first, -1);
+}
+
+TEST_F(NearestFramesTest, KeepsEveryNthWhereThereAreTooMany) {
+  Index(30);
+  EXPECT_EQ(frames_->size(), 30);
+
+  // Every third of 30.
+  Index(12);
+
+  EXPECT_EQ(frames_->size(), 10);
+  EXPECT_EQ(Find(At(kTurn, 6)), std::make_pair(kTurn, 6));
+  const auto [clip, frame] = Find(At(kTurn, 7));
+  EXPECT_EQ(clip, kTurn);
+  EXPECT_EQ(frame % 3, 0);
 }
 
 TEST_F(NearestFramesTest, ABodyThatIsNotFiniteHasNone) {
