@@ -2,6 +2,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/policy/latent_graphs.h"
+#include "common/policy/teacher_graph.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "sim/world/tracking_task.h"
@@ -17,6 +19,18 @@ absl::Status Error(const v1::Order& order, absl::string_view field,
                    expected, ", found ", found));
 }
 
+// That there is what acts in a share of a distillation's episodes.
+absl::Status CheckActs(const v1::Order& order, double share,
+                       absl::string_view field, const ActingGraph* graph,
+                       absl::string_view name) {
+  if (share == 0 || graph != nullptr) return absl::OkStatus();
+  return Error(
+      order, "snapshot_sha256",
+      absl::StrCat("a snapshot with a graph \"", name,
+                   "\", since recipe field distillation.", field, " is not 0"),
+      "none");
+}
+
 // What a recipe needs of snapshot and assets.
 absl::Status CheckNeeds(const v1::Order& order,
                         const PreparedSnapshot& snapshot,
@@ -28,20 +42,12 @@ absl::Status CheckNeeds(const v1::Order& order,
                  "task.recovery.fallen_share is not 0",
                  "none");
   }
-  if (task.recipe().distillation().teacher_share() > 0 &&
-      snapshot.teacher() == nullptr) {
-    return Error(order, "snapshot_sha256",
-                 "a snapshot with a graph \"teacher\", since recipe field "
-                 "distillation.teacher_share is not 0",
-                 "none");
-  }
-  if (task.recipe().distillation().prior_share() > 0 &&
-      snapshot.prior() == nullptr) {
-    return Error(order, "snapshot_sha256",
-                 "a snapshot with a graph \"sample\", since recipe field "
-                 "distillation.prior_share is not 0",
-                 "none");
-  }
+  const v1::Distillation& shares = task.recipe().distillation();
+  SINEW_RETURN_IF_ERROR(CheckActs(order, shares.teacher_share(),
+                                  "teacher_share", snapshot.teacher(),
+                                  policy::kTeacherGraph));
+  SINEW_RETURN_IF_ERROR(CheckActs(order, shares.prior_share(), "prior_share",
+                                  snapshot.prior(), policy::kSampleGraph));
   const int latent = RecordedLatentWidth(task.recipe());
   const int recorded = snapshot.policy().latent_noise_width;
   if (latent > 0 && recorded != latent) {

@@ -65,9 +65,7 @@ absl::Span<float> PolicyRunner::observation(int row) const {
 
 void PolicyRunner::DrawNoise(int row, const RandomKey& key, double scale) {
   FillNormal(key, absl::MakeSpan(draw_));
-  if (scale != 1) {
-    for (float& number : draw_) number *= static_cast<float>(scale);
-  }
+  for (float& number : draw_) number *= static_cast<float>(scale);
   const float* next = draw_.data();
   for (const Rows& noise : noise_) {
     std::copy_n(next, noise.width, noise.values.data() + row * noise.width);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/policy/latent_graphs.h"
 #include "common/policy/ports.h"
 #include "common/policy/safetensors.h"
 #include "common/policy/teacher_graph.h"
@@ -16,7 +17,6 @@ namespace sinew::actor {
 namespace {
 
 constexpr absl::string_view kPolicyGraph = "policy";
-constexpr absl::string_view kSampleGraph = "sample";
 
 absl::Status Error(absl::string_view graph, absl::string_view what) {
   return absl::InvalidArgumentError(
@@ -189,10 +189,10 @@ PreparedSnapshot::Create(const v1::Snapshot& snapshot,
                                  .observation_width = width,
                                  .has_mean = true}));
   }
-  if (wanted(shares.prior_share(), kSampleGraph)) {
+  if (wanted(shares.prior_share(), policy::kSampleGraph)) {
     SINEW_ASSIGN_OR_RETURN(
         prepared->prior_,
-        make({.graph = kSampleGraph,
+        make({.graph = policy::kSampleGraph,
               .observation_width = task.self_observation_width(),
               .has_mean = false}));
   }

@@ -12,6 +12,7 @@
 #include "common/config/recipe.h"
 #include "common/testing/matchers.h"
 #include "proto/sinew/v1/graph.pb.h"
+#include "sim/world/testing/toy_world.h"
 
 namespace sinew::actor {
 namespace {
@@ -26,14 +27,19 @@ using ::testing::SizeIs;
 
 class PreparedSnapshotTest : public ::testing::Test {
  protected:
-  // The rig's graph "policy".
-  v1::Graph& Policy() {
+  explicit PreparedSnapshotTest(
+      const v1::Recipe& recipe = world::testing::ToyRecipe())
+      : rig_(recipe) {}
+
+  // A graph of the rig.
+  v1::Graph& Named(const std::string& name) {
     for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
-      if (graph.name() == "policy") return graph;
+      if (graph.name() == name) return graph;
     }
-    ADD_FAILURE() << "no graph \"policy\"";
+    ADD_FAILURE() << "no graph " << name;
     return *rig_.message.mutable_graph()->add_graphs();
   }
+  v1::Graph& Policy() { return Named("policy"); }
   v1::Tap& Action() {
     for (v1::Tap& tap : *Policy().mutable_taps()) {
       if (tap.name() == "action") return tap;
@@ -122,28 +128,16 @@ TEST_F(PreparedSnapshotTest, NeedsATapOfTheMean) {
                                   HasSubstr(", the mean of action")));
 }
 
-// A rig whose recipe lets the prior act, and its graph "sample".
-class PriorSnapshotTest : public ::testing::Test {
+// With a recipe that lets the prior act.
+class PriorSnapshotTest : public PreparedSnapshotTest {
  protected:
   PriorSnapshotTest()
-      : rig_(WithDefaults(
+      : PreparedSnapshotTest(WithDefaults(
             *ParseRecipe("task { action { placement: PLACEMENT_ABSOLUTE } }"
                          "distillation { prior_share: 0.5 }",
                          "test"))) {
     rig_.UseLatentPolicy();
   }
-  v1::Graph& Sample() {
-    for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
-      if (graph.name() == "sample") return graph;
-    }
-    ADD_FAILURE() << "no graph \"sample\"";
-    return *rig_.message.mutable_graph()->add_graphs();
-  }
-  absl::StatusOr<std::shared_ptr<const PreparedSnapshot>> Prepare() const {
-    return PreparedSnapshot::Create(rig_.message, "digest", *rig_.assets);
-  }
-
-  RolloutRig rig_;
 };
 
 TEST_F(PriorSnapshotTest, ThePriorsActionIsItsMean) {
@@ -160,14 +154,9 @@ TEST_F(PriorSnapshotTest, ThePriorsActionIsItsMean) {
 }
 
 TEST_F(PriorSnapshotTest, ThePriorSeesTheBodysOwnStateAlone) {
-  v1::Graph* policy = nullptr;
-  for (v1::Graph& graph : *rig_.message.mutable_graph()->mutable_graphs()) {
-    if (graph.name() == "policy") policy = &graph;
-  }
-  ASSERT_NE(policy, nullptr);
-  v1::Graph wide = *policy;
+  v1::Graph wide = Policy();
   wide.set_name("sample");
-  Sample() = std::move(wide);
+  Named("sample") = std::move(wide);
 
   EXPECT_THAT(Prepare(),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -26,8 +26,8 @@ class Worker final : public RolloutWorker {
     }
     if (snapshot.prior() != nullptr) {
       SINEW_RETURN_IF_ERROR(state_.prior.SetGraph(*snapshot.prior()));
-      if (state_.nearest == nullptr && order.kind() == v1::Order::KIND_TRAIN) {
-        state_.nearest = state_.assets->nearest_frames();
+      if (order.kind() == v1::Order::KIND_TRAIN) {
+        state_.nearest = &state_.assets->nearest_frames();
       }
     }
     v1::Segment segment;

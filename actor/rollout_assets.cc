@@ -66,13 +66,12 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
   return assets;
 }
 
-std::shared_ptr<const world::NearestFrames> RolloutAssets::nearest_frames()
-    const {
+const world::NearestFrames& RolloutAssets::nearest_frames() const {
   absl::call_once(nearest_once_, [this] {
-    nearest_frames_ = std::make_shared<const world::NearestFrames>(
+    nearest_frames_ = std::make_unique<const world::NearestFrames>(
         recipe().task().start(), *library_, world::BodyReader(*character_));
   });
-  return nearest_frames_;
+  return *nearest_frames_;
 }
 
 }  // namespace sinew::actor

@@ -45,7 +45,7 @@ class RolloutAssets {
   const v1::Recipe& recipe() const { return task_->recipe(); }
   // Where bodies go on that the prior has led (TrackingTask::CarryOn); made
   // when first asked for, which reads the library, and shared from then on.
-  std::shared_ptr<const world::NearestFrames> nearest_frames() const;
+  const world::NearestFrames& nearest_frames() const;
   // Columns of a training segment, and the digest of the layout.
   const v1::SegmentLayout& layout() const { return layout_; }
   const std::string& layout_sha256() const { return layout_sha256_; }
@@ -60,7 +60,7 @@ class RolloutAssets {
   v1::SegmentLayout layout_;
   std::string layout_sha256_;
   mutable absl::once_flag nearest_once_;
-  mutable std::shared_ptr<const world::NearestFrames> nearest_frames_;
+  mutable std::unique_ptr<const world::NearestFrames> nearest_frames_;
 };
 
 }  // namespace sinew::actor

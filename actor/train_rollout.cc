@@ -18,7 +18,6 @@ class TrainRollout {
         state_(state),
         task_(state.task),
         distillation_(task_.recipe().has_distillation()),
-        shared_(snapshot.teacher() != nullptr || snapshot.prior() != nullptr),
         segment_(segment),
         size_(order.states_size()),
         writer_(state.assets->layout(), order.horizon(), size_, segment) {}
@@ -30,7 +29,7 @@ class TrainRollout {
       for (int e = 0; e < size_; ++e) Prepare(e);
       clock_.Lap(&stages_.observe);
       state_.policy.Run(size_);
-      if (shared_) RunOthers();
+      RunOthers();
       clock_.Lap(&stages_.infer);
       for (int e = 0; e < size_; ++e) {
         SINEW_RETURN_IF_ERROR(StepEnvironment(step, e));
@@ -94,45 +93,28 @@ class TrainRollout {
   void RunOthers() {
     int teachers = 0, priors = 0;
     for (int e = 0; e < size_; ++e) {
-      const EpisodeActor actor = WhoActs(state_.environments[e]);
-      WorkerState::ActingRow& acting = state_.acting[e];
-      acting = {.actor = actor, .row = e};
-      if (actor == EpisodeActor::kPolicy) continue;
-      const bool teacher = actor == EpisodeActor::kTeacher;
-      acting.row = teacher ? teachers++ : priors++;
+      const Environment& environment = state_.environments[e];
+      WorkerState::Acting& acting = state_.acting[e];
+      acting = {
+          .actor = WhoActs(task_.recipe().distillation(), order_.seed(),
+                           environment.index, environment.episode.episode),
+          .runner = &state_.policy,
+          .row = e};
+      if (acting.actor == EpisodeActor::kPolicy) continue;
+      const bool teacher = acting.actor == EpisodeActor::kTeacher;
       PolicyRunner& runner = teacher ? state_.teacher : state_.prior;
+      acting.runner = &runner;
+      acting.row = teacher ? teachers++ : priors++;
       // What the prior sees is what observations begin with.
-      const absl::Span<float> own = runner.observation(acting.row);
-      std::copy_n(state_.policy.observation(e).begin(), own.size(),
-                  own.begin());
+      const absl::Span<float> seen = runner.observation(acting.row);
+      std::copy_n(state_.policy.observation(e).begin(), seen.size(),
+                  seen.begin());
       if (teacher) continue;
-      runner.DrawNoise(acting.row,
-                       Key(state_.environments[e], RandomPurpose::kAction),
+      runner.DrawNoise(acting.row, Key(environment, RandomPurpose::kAction),
                        task_.recipe().distillation().prior_noise());
     }
     if (teachers > 0) state_.teacher.Run(teachers);
     if (priors > 0) state_.prior.Run(priors);
-  }
-
-  EpisodeActor WhoActs(const Environment& environment) const {
-    return sinew::WhoActs(task_.recipe().distillation(), order_.seed(),
-                          static_cast<uint64_t>(environment.index),
-                          static_cast<uint64_t>(environment.episode.episode));
-  }
-
-  // Who acts in an environment at the step at hand.
-  struct Acting {
-    const PolicyRunner& runner;
-    int row;
-    EpisodeActor actor;
-  };
-  Acting ActingIn(int e) const {
-    if (!shared_) return {state_.policy, e, EpisodeActor::kPolicy};
-    const auto [actor, row] = state_.acting[e];
-    return {actor == EpisodeActor::kTeacher ? state_.teacher
-            : actor == EpisodeActor::kPrior ? state_.prior
-                                            : state_.policy,
-            row, actor};
   }
 
   void Begin(int e, Environment* environment) {
@@ -155,29 +137,30 @@ class TrainRollout {
   }
 
   absl::Status StepEnvironment(int step, int e) {
-    const Acting acting = ActingIn(e);
+    const WorkerState::Acting& acting = state_.acting[e];
     const double log_probability =
         acting.actor == EpisodeActor::kTeacher
             ? 0
-            : acting.runner.LogProbability(acting.row);
-    SINEW_RETURN_IF_ERROR(CheckPolicyOutput(acting.runner, acting.row,
+            : acting.runner->LogProbability(acting.row);
+    SINEW_RETURN_IF_ERROR(CheckPolicyOutput(*acting.runner, acting.row,
                                             log_probability, snapshot_));
     Environment& environment = state_.environments[e];
     const world::Episode before = environment.episode;
     world::StepResult result;
     const auto write = [&] {
-      writer_.WriteStep(step, e,
-                        {.observation = state_.policy.observation(e),
-                         .action = acting.runner.action(acting.row),
-                         .action_mean = acting.runner.mean(acting.row),
-                         .target = state_.target,
-                         .base = state_.base,
-                         .teacher_base = state_.teacher_base,
-                         .latent_noise = acting.runner.latent_noise(acting.row),
-                         .log_probability = log_probability,
-                         .clip = before.clip,
-                         .frame = ClipRow(before),
-                         .result = &result});
+      writer_.WriteStep(
+          step, e,
+          {.observation = state_.policy.observation(e),
+           .action = acting.runner->action(acting.row),
+           .action_mean = acting.runner->mean(acting.row),
+           .target = state_.target,
+           .base = state_.base,
+           .teacher_base = state_.teacher_base,
+           .latent_noise = acting.runner->latent_noise(acting.row),
+           .log_probability = log_probability,
+           .clip = before.clip,
+           .frame = ClipRow(before),
+           .result = &result});
     };
     const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
       result = StepPhysics(e, data);
@@ -199,7 +182,7 @@ class TrainRollout {
 
   world::StepResult StepPhysics(int e, mjData* data) {
     Environment& environment = state_.environments[e];
-    PlaceTarget(ActingIn(e), data, environment);
+    PlaceTarget(state_.acting[e], data, environment);
     clock_.Lap(&stages_.observe);
     const world::ActuationResult physics =
         task_.Simulate(data, environment.episode, state_.target,
@@ -208,13 +191,13 @@ class TrainRollout {
     clock_.Lap(&stages_.simulate);
     world::StepResult result =
         task_.Finish(data, physics, &environment.episode, state_.work.get());
-    CutOff(ActingIn(e), environment.episode, &result);
+    CutOff(state_.acting[e], environment.episode, &result);
     return result;
   }
 
   // Ends an episode of the prior before it is far from its reference, but not
   // while the body recovers.
-  void CutOff(const Acting& acting, const world::Episode& episode,
+  void CutOff(const WorkerState::Acting& acting, const world::Episode& episode,
               world::StepResult* result) const {
     if (acting.actor != EpisodeActor::kPrior || result->terminated ||
         episode.recovery_steps_left > 0 ||
@@ -226,11 +209,11 @@ class TrainRollout {
   }
 
   // Target and bases of the step at hand.
-  void PlaceTarget(const Acting& acting, const mjData* data,
+  void PlaceTarget(const WorkerState::Acting& acting, const mjData* data,
                    const Environment& environment) {
     const world::Conditions* conditions = ConditionsOf(environment);
     const world::Episode& episode = environment.episode;
-    const absl::Span<const float> action = acting.runner.action(acting.row);
+    const absl::Span<const float> action = acting.runner->action(acting.row);
     const absl::Span<double> target = absl::MakeSpan(state_.target);
     if (acting.actor == EpisodeActor::kTeacher) {
       task_.TeacherTarget(data, episode, action, target, state_.work.get(),
@@ -262,10 +245,8 @@ class TrainRollout {
     if (step + 1 == order_.horizon()) writer_.WriteBoundary(e, observation);
     if (!result.terminated && !result.truncated) return;
     EndEpisode(result, &state_.environments[e]);
-    if (state_.nearest != nullptr && !result.diverged &&
-        ActingIn(e).actor == EpisodeActor::kPrior) {
-      CarryOn(e);
-    }
+    const bool led = state_.acting[e].actor == EpisodeActor::kPrior;
+    if (led && !result.diverged) CarryOn(e);
   }
 
   // Lets the body go on from where the prior has left it, if it can.
@@ -323,7 +304,6 @@ class TrainRollout {
   WorkerState& state_;
   const world::TrackingTask& task_;
   const bool distillation_;
-  const bool shared_;  // with teacher or prior
   v1::Segment* const segment_;
   const int size_;
   SegmentWriter writer_;

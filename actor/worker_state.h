@@ -33,17 +33,17 @@ struct WorkerState {
   PolicyRunner policy;
   PolicyRunner teacher, prior;            // unused if the snapshot has none
   std::vector<Environment> environments;  // [batch.size()]
-  // Where bodies go on after the prior's episodes; null until a training order
-  // of a snapshot with a prior has come.
-  std::shared_ptr<const world::NearestFrames> nearest;
-  // Of the step at hand: who acts in an environment, and its row in that
-  // runner [batch.size()], valid only where the snapshot has teacher or prior;
-  // target and bases [J].
-  struct ActingRow {
+  // Where bodies go on after the prior's episodes, of the assets; null until a
+  // training order of a snapshot with a prior has come.
+  const world::NearestFrames* nearest = nullptr;
+  // Of the step at hand: who acts in an environment [batch.size()]; target and
+  // bases [J].
+  struct Acting {
     EpisodeActor actor = EpisodeActor::kPolicy;
-    int row = 0;
+    const PolicyRunner* runner = nullptr;
+    int row = 0;  // of the runner
   };
-  std::vector<ActingRow> acting;
+  std::vector<Acting> acting;
   std::vector<double> target, base, teacher_base;
   RolloutWorker::FrameObserver observer;
 };

@@ -20,20 +20,20 @@ enum class EpisodeActor {
 // table counts of the student. A recipe without distillation has the default
 // message: the policy.
 //
-// Pure; never blocks; no errors.
+// Pure; never blocks; no errors. Precondition: environment, episode >= 0.
 inline EpisodeActor WhoActs(const v1::Distillation& distillation, uint64_t seed,
-                            uint64_t environment, uint64_t episode) {
+                            int64_t environment, int64_t episode) {
   const double teacher = distillation.teacher_share();
-  const double prior =
-      episode < static_cast<uint64_t>(distillation.prior_first_episode())
-          ? 0
-          : distillation.prior_share();
+  const double prior = episode < distillation.prior_first_episode()
+                           ? 0
+                           : distillation.prior_share();
   const double others = teacher + prior;
   if (!(others > 0)) return EpisodeActor::kPolicy;
-  const double drawn = Uniform({.seed = seed,
-                                .environment = environment,
-                                .episode = episode,
-                                .purpose = RandomPurpose::kTeacher});
+  const double drawn =
+      Uniform({.seed = seed,
+               .environment = static_cast<uint64_t>(environment),
+               .episode = static_cast<uint64_t>(episode),
+               .purpose = RandomPurpose::kTeacher});
   if (drawn < teacher) return EpisodeActor::kTeacher;
   return drawn < others ? EpisodeActor::kPrior : EpisodeActor::kPolicy;
 }

@@ -30,10 +30,8 @@ double CoreSeconds(const v1::StageSeconds& seconds) {
 
 // Whether an episode was the policy's own: those of others say nothing of it.
 bool IsOfPolicy(const v1::Recipe& recipe, const v1::EpisodeEnd& episode) {
-  return WhoActs(recipe.distillation(), recipe.seed(),
-                 static_cast<uint64_t>(episode.environment()),
-                 static_cast<uint64_t>(episode.episode())) ==
-         EpisodeActor::kPolicy;
+  return WhoActs(recipe.distillation(), recipe.seed(), episode.environment(),
+                 episode.episode()) == EpisodeActor::kPolicy;
 }
 
 // Sums what the segments say into the report.
