@@ -47,7 +47,9 @@ class Distillation final : public DistillationLearner {
         pool_(options.ranks, UseOneThread),
         labeller_({.layout = options.layout,
                    .shape = ShapeOf(recipe, options),
-                   .action_scale = options.action_scale},
+                   .action_scale = options.action_scale,
+                   .distillation = recipe.distillation(),
+                   .seed = recipe.seed()},
                   *options.annotator, pool_),
         memory_(
             {.seed = recipe.seed(),

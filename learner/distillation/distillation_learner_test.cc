@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/policy/safetensors.h"
+#include "common/segment/episode_actor.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/testing/distillation_rig.h"
 #include "learner/update/normaliser.h"
@@ -219,6 +220,34 @@ TEST(DistillationLearner, PutsTheStatisticsOfItsRowsIntoTheNormalisers) {
       }
     }
   }
+}
+
+TEST(DistillationLearner, NormalisesByOthersRowsThanThoseOfThePrior) {
+  const v1::Recipe recipe = StudentRecipe("distillation { prior_share: 0.5 }");
+  SyntheticTeacher teacher;
+  const auto learner = MakeStudentLearner(recipe, teacher);
+  std::vector<v1::Segment> segments =
+      MakeVisited(0, {.terminated_share = 0, .invalid_share = 0});
+  int64_t expected = 0, environment = 0;
+  for (v1::Segment& segment : segments) {
+    for (int e = 0; e < 4; ++e, ++environment) {
+      segment.add_end_states()->set_episode(environment / 3);
+      if (WhoActs(recipe.distillation(), recipe.seed(), environment,
+                  environment / 3) != EpisodeActor::kPrior) {
+        expected += kHorizon;
+      }
+    }
+  }
+
+  const auto updated = learner->Update(SegmentPointers(segments), 0);
+
+  ASSERT_THAT(updated.status(), IsOk());
+  EXPECT_EQ(updated->samples, 16 * kHorizon);
+  v1::TrainingState state;
+  learner->SaveCounters(state);
+  EXPECT_EQ(state.normaliser_count(), expected);
+  EXPECT_GT(expected, 0);
+  EXPECT_LT(expected, 16 * kHorizon);
 }
 
 TEST(DistillationLearner, BeginsWithTheWeightsOfAnother) {

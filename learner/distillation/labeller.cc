@@ -65,16 +65,24 @@ absl::StatusOr<std::vector<LabelledSegment>> Labeller::Label(
                          AskTargets(segments, views, options_, annotator_));
   const SequenceShape& shape = options_.shape;
   const auto parts = Divide(targets, views, shape.action);
+  std::vector<int64_t> first_environments;
+  int64_t environments = 0;
+  for (const SegmentView& view : views) {
+    first_environments.push_back(environments);
+    environments += view.environments;
+  }
   std::vector<LabelledSegment> labelled(segments.size());
   SINEW_RETURN_IF_ERROR(pool_.TryRun(
       static_cast<int>(segments.size()), [&](int i) -> absl::Status {
         SINEW_ASSIGN_OR_RETURN(
             const LabelledSequences sequences,
             LabelSegment(*segments[i], views[i], options_, parts[i]));
+        SINEW_ASSIGN_OR_RETURN(const std::vector<uint8_t> typical,
+                               TypicalRows(*segments[i], views[i],
+                                           first_environments[i], options_));
         labelled[i].chunk = MakeChunk(sequences, shape);
         labelled[i].moments = Moments(shape.observation);
-        ComputeMoments(views[i].observation, views[i].valid,
-                       labelled[i].moments);
+        ComputeMoments(views[i].observation, typical, labelled[i].moments);
         return absl::OkStatus();
       }));
   return labelled;

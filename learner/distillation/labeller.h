@@ -20,7 +20,7 @@ namespace sinew::learner {
 // One segment, labelled.
 struct LabelledSegment {
   StateChunk chunk;
-  Moments moments;  // of its valid rows
+  Moments moments;  // of its TypicalRows (labels.h)
 };
 
 // Labels segments ahead of the update that learns from them:

@@ -9,6 +9,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "common/segment/episode_actor.h"
+#include "common/segment/row_episodes.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "teacher/client/rows.h"
@@ -173,6 +175,23 @@ absl::StatusOr<std::vector<double>> AskTargets(
                                      annotator.description().bundle_sha256(),
                                      targets));
   return targets;
+}
+
+absl::StatusOr<std::vector<uint8_t>> TypicalRows(const v1::Segment& segment,
+                                                 const SegmentView& view,
+                                                 int64_t first_environment,
+                                                 const LabelOptions& options) {
+  std::vector<uint8_t> typical(view.valid.begin(), view.valid.end());
+  if (!(options.distillation.prior_share() > 0)) return typical;
+  const absl::StatusOr<std::vector<int64_t>> episodes = EpisodesOfRows(segment);
+  if (!episodes.ok()) return AtOrder(segment, episodes.status());
+  for (int64_t row = 0; row < view.rows(); ++row) {
+    const EpisodeActor actor =
+        WhoActs(options.distillation, options.seed,
+                first_environment + row % view.environments, (*episodes)[row]);
+    if (actor == EpisodeActor::kPrior) typical[row] = 0;
+  }
+  return typical;
 }
 
 absl::StatusOr<LabelledSequences> LabelSegment(

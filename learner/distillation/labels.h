@@ -9,6 +9,7 @@
 #include "absl/types/span.h"
 #include "learner/memory/memory_chunk.h"
 #include "learner/update/segment_view.h"
+#include "proto/sinew/v1/distillation.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
 #include "teacher/client/annotator.h"
 
@@ -22,6 +23,9 @@ struct LabelOptions {
   SequenceShape shape;
   // The student's action law, [A]: radians per unit of action.
   std::vector<double> action_scale;
+  // Of the recipe: who acts in which episode.
+  v1::Distillation distillation = {};
+  uint64_t seed = 0;
 };
 
 // INVALID_ARGUMENT if layout or scales do not fit: names what, expected and
@@ -47,6 +51,16 @@ absl::StatusOr<std::vector<double>> AskTargets(
 
 // Rows of a segment that AskTargets asks for.
 int64_t CountValid(const SegmentView& view);
+
+// Flags [T, E] of the rows by which observations are normalised: the valid ones
+// but for those of episodes in which the prior acts. These lie farther out, and
+// with them the student's inputs would shrink while it tracks.
+// `first_environment` is that of the segment's order. Pure. INVALID_ARGUMENT
+// with order for end states that do not fit.
+absl::StatusOr<std::vector<uint8_t>> TypicalRows(const v1::Segment& segment,
+                                                 const SegmentView& view,
+                                                 int64_t first_environment,
+                                                 const LabelOptions& options);
 
 // One segment with its targets [CountValid, A] in the student's units:
 //

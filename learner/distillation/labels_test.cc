@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "common/segment/episode_actor.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/testing/zero_columns.h"
@@ -16,6 +18,7 @@ namespace sinew::learner {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -152,6 +155,44 @@ TEST(Labels, OfSeveralSegmentsAreAskedForInOneCallWithoutInvalidRows) {
   ASSERT_THAT(labelled.status(), IsOk());
   // (2 (10 + i) + i / 2 - 1) / 0.5.
   EXPECT_THAT(labelled->label, ElementsAre(0, 48, 0, 43, 53, 63));
+}
+
+// Environments 10 and 11; the first begins another episode at its last step.
+TEST(TypicalRows, AreValidAndNotOfThePrior) {
+  v1::Segment segment = MakeSegment(7);
+  SetColumn<uint8_t>("terminated", {0, 0, 1, 0, 0, 0}, segment);
+  SetColumn<uint8_t>("valid", {1, 1, 1, 1, 1, 0}, segment);
+  segment.add_end_states()->set_episode(6);
+  segment.add_end_states()->set_episode(2);
+  LabelOptions options = Options();
+  EXPECT_THAT(TypicalRows(segment, View(segment), 10, options),
+              IsOkAndHolds(ElementsAre(1, 1, 1, 1, 1, 0)));
+  options.distillation.set_prior_share(0.5);
+  std::set<std::vector<uint8_t>> seen;
+
+  for (options.seed = 0; options.seed < 64; ++options.seed) {
+    const auto student = [&](int64_t environment, int64_t episode) {
+      return WhoActs(options.distillation, options.seed, environment,
+                     episode) != EpisodeActor::kPrior;
+    };
+    const auto typical = TypicalRows(segment, View(segment), 10, options);
+    ASSERT_THAT(typical.status(), IsOk());
+    EXPECT_THAT(*typical,
+                ElementsAre(student(10, 5), student(11, 2), student(10, 5),
+                            student(11, 2), student(10, 6), false));
+    seen.insert(*typical);
+  }
+  EXPECT_EQ(seen.size(), 8);
+}
+
+TEST(TypicalRows, RefuseEndStatesThatDoNotFit) {
+  const v1::Segment segment = MakeSegment(7);  // has none
+  LabelOptions options = Options();
+  options.distillation.set_prior_share(0.5);
+
+  EXPECT_THAT(TypicalRows(segment, View(segment), 0, options).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("order 7: end_states: expected 2")));
 }
 
 TEST(Labels, AreRefusedWhereFloat32HasNoSuchNumber) {
