@@ -1,5 +1,6 @@
 #include <vector>
 
+#include "actor/fallen_evaluation.h"
 #include "actor/worker_state.h"
 #include "common/status_macros.h"
 #include "sim/metrics/tracking_errors.h"
@@ -57,7 +58,7 @@ class EvaluationRollout {
       task_.DrawConditions(ConditionsKey(from), &environment.conditions,
                            state_.work.get());
     }
-    const world::BodyStart body = StartOf(from);
+    const world::BodyStart body = BodyStartOf(from);
     state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, /*noise=*/nullptr, data, &environment.episode,
                   absl::MakeSpan(environment.previous_target),
@@ -84,15 +85,6 @@ class EvaluationRollout {
     const world::Randomisation& random = task_.randomisation();
     return random.on() && random.in_evaluation() ? &environment.conditions
                                                  : nullptr;
-  }
-
-  static world::BodyStart StartOf(const v1::EvaluationStart& from) {
-    world::BodyStart body;
-    if (!from.has_fallen_state()) return body;
-    body.kind = v1::START_KIND_FALLEN;
-    body.fallen_state = from.fallen_state();
-    body.recovery_steps = from.recovery_steps();
-    return body;
   }
 
   void Observe(size_t row) {

@@ -72,6 +72,15 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
   return starts;
 }
 
+world::BodyStart BodyStartOf(const v1::EvaluationStart& start) {
+  world::BodyStart body;
+  if (!start.has_fallen_state()) return body;
+  body.kind = v1::START_KIND_FALLEN;
+  body.fallen_state = start.fallen_state();
+  body.recovery_steps = start.recovery_steps();
+  return body;
+}
+
 double RecoveredShare(const std::vector<v1::EvaluationResult>& results,
                       double seconds, double control_hz) {
   int fallen = 0, recovered = 0;

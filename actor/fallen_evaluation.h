@@ -31,6 +31,10 @@ inline constexpr double kHoldSeconds = 0.5;
 absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
     const world::TrackingTask& task, double seconds);
 
+// How the body begins such a start; on the reference where it names no fallen
+// state.
+world::BodyStart BodyStartOf(const v1::EvaluationStart& start);
+
 // Share of the results that name a fallen state whose body stood and tracked
 // from within `seconds` on to their end, [0, 1]; 0 if there are none.
 double RecoveredShare(const std::vector<v1::EvaluationResult>& results,

@@ -15,7 +15,6 @@ namespace sinew::evaluation {
 namespace {
 
 constexpr double kSoonSeconds = 3;
-constexpr double kLateSeconds = 5;
 
 // Neighbours of one clip run together; results say which state they are of.
 absl::StatusOr<std::vector<v1::EvaluationStart>> StartsByClip(

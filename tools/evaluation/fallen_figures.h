@@ -28,6 +28,9 @@ namespace sinew::evaluation {
 // longer, 15 ms each to make and seconds to run.
 inline constexpr int kMostFallenStarts = 1024;
 
+// Of the later of the two figures.
+inline constexpr double kLateSeconds = 5;
+
 struct FallenFigures {
   // Shares of the starts that stand and track again within 3 and 5 s and keep
   // to it to the end, [0, 1].

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/types/span.h"
 #include "actor/fallen_evaluation.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
@@ -25,6 +26,7 @@
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/evaluation/evaluation_json.h"
+#include "tools/evaluation/recording.h"
 #include "tools/evaluation/rollout_pool.h"
 
 namespace sinew::evaluation {
@@ -145,6 +147,43 @@ TEST_F(FallenBundle, GivesTheSameBytesWithAnyNumberOfThreads) {
 
   EXPECT_THAT(one, HasSubstr("recovered_5_s"));
   EXPECT_EQ(json(3), one);
+}
+
+TEST_F(FallenBundle, IsRecordedBesideAReferenceThatStandsAtFirst) {
+  Write();
+  const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
+  ASSERT_THAT(loaded, IsOk());
+
+  const auto recording = RecordFallen(loaded->subject, 2, StopToken());
+
+  ASSERT_THAT(recording, IsOk());
+  ASSERT_EQ(recording->frames(), 166);  // 5.5 s at 30 Hz, and the start
+  ASSERT_EQ(recording->reference.size(), recording->simulated.size());
+  const auto reference = [&](int frame) {
+    return absl::MakeConstSpan(recording->reference)
+        .subspan(static_cast<size_t>(frame) * recording->nq, recording->nq);
+  };
+  EXPECT_EQ(reference(90), reference(0));
+  EXPECT_NE(reference(91), reference(0));
+  // Below the reference's root, and not yet moved by the policy.
+  const double* body = recording->simulated.data();
+  EXPECT_DOUBLE_EQ(body[0], reference(0)[0]);
+  EXPECT_DOUBLE_EQ(body[1], reference(0)[1]);
+  EXPECT_LT(body[2], reference(0)[2]);
+  EXPECT_NE(body[2], body[recording->nq + 2]);
+}
+
+TEST_F(FallenBundle, HasNoRecordingOfAStateThatIsNone) {
+  Write();
+  const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
+  ASSERT_THAT(loaded, IsOk());
+
+  for (const int state : {-1, 3}) {
+    EXPECT_THAT(RecordFallen(loaded->subject, state, StopToken()).status(),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr(absl::StrCat(
+                             "fallen state: expected 0 to 2, found ", state))));
+  }
 }
 
 TEST_F(FallenBundle, RefusesNumbersOfStartsThatMakeNoSense) {

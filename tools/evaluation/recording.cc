@@ -4,12 +4,53 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "actor/fallen_evaluation.h"
 #include "common/status_macros.h"
 #include "sim/character/model_ptr.h"
 #include "sim/world/tracking_task.h"
+#include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/rollout_pool.h"
 
 namespace sinew::evaluation {
+namespace {
+
+Recording EmptyRecording(const Subject& subject) {
+  Recording recording;
+  recording.nq = subject.character().model()->nq;
+  recording.frames_per_second =
+      subject.library().manifest().frames_per_second();
+  return recording;
+}
+
+// Runs one start, adding its poses to `recording`.
+absl::Status Run(const Subject& subject, const v1::EvaluationStart& start,
+                 const StopToken& stop, Recording* recording) {
+  std::vector<double>& poses = recording->simulated;
+  SINEW_ASSIGN_OR_RETURN(
+      const std::vector<v1::EvaluationResult> results,
+      RunStarts(subject.assets, *subject.policy, {start}, /*threads=*/1, stop,
+                [&](size_t, int, const mjData& data, absl::Span<const float>) {
+                  poses.insert(poses.end(), data.qpos,
+                               data.qpos + recording->nq);
+                }));
+  recording->survived = results.front().success();
+  return absl::OkStatus();
+}
+
+// The pose in which a fallen body begins a start, [nq].
+std::vector<double> FallenPose(const world::TrackingTask& task,
+                               const v1::EvaluationStart& start) {
+  const mjModel* model = task.character().model();
+  const character::DataPtr data(mj_makeData(model));
+  const auto work = task.MakeWorkspace();
+  std::vector<double> target(task.action_width());
+  world::Episode episode = {.clip = start.clip()};
+  task.Begin(actor::BodyStartOf(start), /*noise=*/nullptr, data.get(), &episode,
+             absl::MakeSpan(target), work.get());
+  return {data->qpos, data->qpos + model->nq};
+}
+
+}  // namespace
 
 std::vector<double> ReferencePoses(const character::Character& character,
                                    const motion::Library& library, int clip,
@@ -44,27 +85,45 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
         absl::StrCat("seconds: expected > 0, found ", seconds));
   }
   const int frames = FramesToShow(subject.library(), clip, seconds);
-  Recording recording;
-  recording.nq = subject.character().model()->nq;
-  recording.frames_per_second =
-      subject.library().manifest().frames_per_second();
+  Recording recording = EmptyRecording(subject);
   recording.simulated = ReferencePoses(subject.character(), subject.library(),
                                        clip, /*first=*/0, /*frames=*/1);
   v1::EvaluationStart start;
   start.set_clip(clip);
   start.set_steps(frames - 1);
-  SINEW_ASSIGN_OR_RETURN(
-      const std::vector<v1::EvaluationResult> results,
-      RunStarts(subject.assets, *subject.policy, {start}, /*threads=*/1, stop,
-                [&](size_t, int, const mjData& data, absl::Span<const float>) {
-                  recording.simulated.insert(recording.simulated.end(),
-                                             data.qpos,
-                                             data.qpos + recording.nq);
-                }));
-  recording.survived = results.front().success();
+  SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording));
   recording.reference =
       ReferencePoses(subject.character(), subject.library(), clip,
                      /*first=*/0, recording.frames());
+  return recording;
+}
+
+absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
+                                       const StopToken& stop) {
+  const world::TrackingTask& task = subject.assets->task();
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
+                         actor::FallenStarts(task, kLateSeconds));
+  if (state < 0 || state >= static_cast<int>(starts.size())) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "fallen state: expected 0 to ", starts.size() - 1, ", found ", state));
+  }
+  const v1::EvaluationStart& start = starts[state];
+  Recording recording = EmptyRecording(subject);
+  recording.simulated = FallenPose(task, start);
+  SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording));
+  // It stands, then goes.
+  const int standing = std::min(start.recovery_steps(), recording.frames());
+  const std::vector<double> first = ReferencePoses(
+      subject.character(), subject.library(), start.clip(), 0, 1);
+  for (int frame = 0; frame < standing; ++frame) {
+    recording.reference.insert(recording.reference.end(), first.begin(),
+                               first.end());
+  }
+  const std::vector<double> rest =
+      ReferencePoses(subject.character(), subject.library(), start.clip(), 0,
+                     recording.frames() - standing);
+  recording.reference.insert(recording.reference.end(), rest.begin(),
+                             rest.end());
   return recording;
 }
 

@@ -19,7 +19,9 @@ struct Recording {
   double frames_per_second = 0;
   std::vector<double> reference;  // [frames, nq] qpos
   std::vector<double> simulated;  // [frames, nq] qpos
-  bool survived = false;          // false: it ends with the frame that failed
+  // False: it ends with the frame that failed; from the floor: the body did
+  // not stand and track at the end.
+  bool survived = false;
 
   int frames() const {
     return nq == 0 ? 0 : static_cast<int>(simulated.size()) / nq;
@@ -39,6 +41,13 @@ int FramesToShow(const motion::Library& library, int clip, double seconds);
 // RunStarts, INVALID_ARGUMENT for seconds that are not positive.
 absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
                                      double seconds, const StopToken& stop);
+
+// Runs the policy from the fallen state of that index, as EvaluateFallen
+// (fallen_figures.h) does: beside a reference that stands at first. Computes;
+// errors: those of RunStarts and EvaluateFallen, INVALID_ARGUMENT for an index
+// that is none.
+absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
+                                       const StopToken& stop);
 
 }  // namespace sinew::evaluation
 

@@ -2,14 +2,17 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/bundle_subject.h"
+#include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/recording.h"
 #include "tools/render/film_strip.h"
 #include "tools/render/offscreen_renderer.h"
@@ -27,6 +30,7 @@ struct RenderOptions {
   std::string bundle;
   std::string motions;
   std::string clip;  // empty: the first
+  std::optional<int> fallen;
   double seconds = 10;
   std::string out;  // folder, .png or .mp4
 };
@@ -89,23 +93,45 @@ absl::Status WriteFolder(const Film& film, const std::string& folder,
   return WriteFilm(film, stem + ".mp4", stop);
 }
 
+absl::Status FilmClip(const RenderOptions& options, const StopToken& stop,
+                      Film* film) {
+  SINEW_ASSIGN_OR_RETURN(
+      const int clip,
+      evaluation::FindClip(film->subject.library(), options.clip));
+  film->clip = film->subject.library().clip(clip).name();
+  SINEW_ASSIGN_OR_RETURN(
+      film->recording,
+      evaluation::RecordClip(film->subject, clip, options.seconds, stop));
+  if (!film->recording.survived) {
+    absl::FPrintF(
+        stderr, "sinew: %s: the policy fell after %.2f s\n", film->clip,
+        (film->recording.frames() - 1) / film->recording.frames_per_second);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FilmFallen(int state, const StopToken& stop, Film* film) {
+  film->clip = absl::StrCat("fallen_", state);
+  SINEW_ASSIGN_OR_RETURN(film->recording,
+                         evaluation::RecordFallen(film->subject, state, stop));
+  if (!film->recording.survived) {
+    absl::FPrintF(stderr, "sinew: %s: the policy does not stand at the end\n",
+                  film->clip);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
   Film film;
   SINEW_ASSIGN_OR_RETURN(
       evaluation::BundleSubject loaded,
-      evaluation::LoadBundleSubject(options.bundle, options.motions));
+      evaluation::LoadBundleSubject(options.bundle, options.motions,
+                                    options.fallen.value_or(-1) + 1));
   film.subject = std::move(loaded.subject);
-  SINEW_ASSIGN_OR_RETURN(
-      const int clip,
-      evaluation::FindClip(film.subject.library(), options.clip));
-  film.clip = film.subject.library().clip(clip).name();
-  SINEW_ASSIGN_OR_RETURN(
-      film.recording,
-      evaluation::RecordClip(film.subject, clip, options.seconds, stop));
-  if (!film.recording.survived) {
-    absl::FPrintF(
-        stderr, "sinew: %s: the policy fell after %.2f s\n", film.clip,
-        (film.recording.frames() - 1) / film.recording.frames_per_second);
+  if (options.fallen.has_value()) {
+    SINEW_RETURN_IF_ERROR(FilmFallen(*options.fallen, stop, &film));
+  } else {
+    SINEW_RETURN_IF_ERROR(FilmClip(options, stop, &film));
   }
   if (absl::EndsWith(options.out, ".png")) return WriteStrip(film, options.out);
   if (absl::EndsWith(options.out, ".mp4")) {
@@ -125,6 +151,12 @@ void AddRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--motions", options->motions, "library")->required();
   command->add_option("--clip", options->clip, "name (default: the first)");
   command->add_option("--seconds", options->seconds, "at most (default 10)");
+  command
+      ->add_option("--fallen", options->fallen,
+                   "from the floor instead: which of the fallen states of "
+                   "`sinew eval --fallen`, from 0")
+      ->check(CLI::Range(0, evaluation::kMostFallenStarts - 1))
+      ->excludes("--clip", "--seconds");
   command->add_option("--out", options->out, "folder, .png or .mp4 file")
       ->required();
 }
