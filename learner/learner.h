@@ -72,8 +72,8 @@ class Learner {
   virtual ~Learner() = default;
 
   // Asks others for what Update of these segments will need (labels); Update
-  // does it by itself where nobody has. The state does not change, whether it
-  // fails or not, so that a caller may save it then.
+  // does it by itself where nobody has; the same segments. The state does not
+  // change, whether it fails or not, so that a caller may save it then.
   virtual absl::Status Prepare(
       absl::Span<const v1::Segment* const> /*segments*/) {
     return absl::OkStatus();

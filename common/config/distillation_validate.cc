@@ -80,6 +80,10 @@ void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
       teacher + prior <= 1, "distillation.prior_share",
       absl::StrCat("<= 1 - distillation.teacher_share (", 1 - teacher, ")"),
       prior);
+  check.Require(prior < 1, "distillation.prior_share",
+                "< 1, since what the student leads itself is what observations "
+                "are normalised by",
+                prior);
   check.Require(
       prior == 0 || recipe.network().has_latent(), "distillation.prior_share",
       "0, since network.latent is unset and there is no prior", prior);

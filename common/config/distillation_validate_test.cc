@@ -244,6 +244,10 @@ INSTANTIATE_TEST_SUITE_P(
             {"distillation.teacher_share=0.75", "distillation.prior_share=0.5"},
             "distillation.prior_share: expected <= 1 - "
             "distillation.teacher_share (0.25), found 0.5"},
+        Violation{{"distillation.prior_share=1"},
+                  "distillation.prior_share: expected < 1, since what the "
+                  "student leads itself is what observations are normalised "
+                  "by, found 1"},
         Violation{{"distillation.prior_noise=1"},
                   "distillation.prior_noise: expected unset, since "
                   "distillation.prior_share is 0, found 1"},

@@ -16,9 +16,9 @@ enum class EpisodeActor {
 };
 
 // Drawn once for each episode, of seed (Order.seed), environment and episode
-// alone. So whoever reads a segment knows who acted in it, and what a start
-// table counts of the student. A recipe without distillation has the default
-// message: the policy.
+// alone. So whoever reads a segment knows who acted in it, what a start
+// table counts of the student, and what its normaliser does. A recipe without
+// distillation has the default message: the policy.
 //
 // Pure; never blocks; no errors. Precondition: environment, episode >= 0.
 inline EpisodeActor WhoActs(const v1::Distillation& distillation, uint64_t seed,

@@ -19,20 +19,23 @@ absl::StatusOr<std::vector<int64_t>> EpisodesOfRows(
         "end_states: expected ", environments, ", one per environment, found ",
         segment.end_states_size()));
   }
+  // How many have ended before each row, then in all.
   std::vector<int64_t> rows(failed.size());
+  std::vector<int64_t> ended(environments, 0);
+  for (size_t row = 0; row < rows.size(); ++row) {
+    int64_t& count = ended[row % environments];
+    rows[row] = count;
+    if (failed[row] != 0 || cut[row] != 0) ++count;
+  }
   for (int64_t e = 0; e < environments; ++e) {
-    int64_t episode = segment.end_states(static_cast<int>(e)).episode();
-    for (int64_t row = static_cast<int64_t>(rows.size()) - environments + e;
-         row >= 0; row -= environments) {
-      if (failed[row] != 0 || cut[row] != 0) --episode;
-      rows[row] = episode;
-    }
-    if (episode < 0) {
+    const int64_t last = segment.end_states(static_cast<int>(e)).episode();
+    if (last < ended[e]) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "end_states[", e, "].episode: expected >= ",
-          segment.end_states(static_cast<int>(e)).episode() - episode,
-          ", the episodes that ended in these rows, found ",
-          segment.end_states(static_cast<int>(e)).episode()));
+          "end_states[", e, "].episode: expected >= ", ended[e],
+          ", the episodes that ended in these rows, found ", last));
+    }
+    for (size_t row = e; row < rows.size(); row += environments) {
+      rows[row] += last - ended[e];
     }
   }
   return rows;

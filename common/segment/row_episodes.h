@@ -15,7 +15,8 @@ namespace sinew {
 //
 // Pure; never blocks. Precondition: the segment's columns passed CheckColumns
 // (segment_layout.h). INVALID_ARGUMENT names end_states if there is not one for
-// every environment, or one that began later than the segment's rows allow.
+// every environment, or if an episode's number is less than that of the
+// episodes that ended in its environment's rows.
 absl::StatusOr<std::vector<int64_t>> EpisodesOfRows(const v1::Segment& segment);
 
 }  // namespace sinew

@@ -109,6 +109,18 @@ TEST_F(DistillationInput, RefusesSegmentsOfAnotherLayoutOrLength) {
   EXPECT_EQ(Bits(*learner_), bits_);
 }
 
+TEST_F(DistillationInput, RefusesEndStatesThatDoNotFitBeforeItAsksForLabels) {
+  const auto learner = MakeStudentLearner(
+      StudentRecipe("distillation { prior_share: 0.5 }"), teacher_);
+  const int64_t calls = teacher_.calls;
+  const auto segments = MakeVisited(1);  // have no end states
+
+  EXPECT_THAT(learner->Prepare(SegmentPointers(segments)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("order 10: end_states: expected 4")));
+  EXPECT_EQ(teacher_.calls, calls);
+}
+
 TEST_F(DistillationInput, RefusesAStateThatIsDamagedAndStaysAsItWas) {
   v1::TrainingState state;
   learner_->SaveCounters(state);

@@ -21,15 +21,15 @@ namespace sinew::learner {
 //
 //   Prepare   labels of all valid rows (labeller.h), the segments' rows
 //             together with them as chunks; the state does not change
-//   Update    statistics of the new rows into the normaliser, which minibatches
-//             and the next snapshot use alike
+//   Update    statistics of the new rows (NormaliserRows, labels.h) into the
+//             normaliser, which minibatches and the next snapshot use alike
 //             chunks into the memory (learner/memory), in order of order_id
 //             the minibatches that are due (distillation_update.h), with the
 //             KL's weight by the rows inserted before this update
 //
 // Rows of episodes in which teacher or prior act (distillation.teacher_share,
 // prior_share) are learnt from like others and count in samples, reward and
-// distances.
+// distances; those of the prior do not count in the normaliser.
 //
 // Gradients are summed over `distillation.shards` in fixed order whatever the
 // number of ranks (threads), so the result is a pure function of (state,

@@ -40,12 +40,19 @@ absl::Status Labeller::Prepare(absl::Span<const v1::Segment* const> segments) {
     return absl::InvalidArgumentError("segments: expected some, found none");
   }
   std::vector<SegmentView> views;
+  std::vector<std::vector<uint8_t>> normaliser_rows;
+  int64_t environments = 0;
   for (const v1::Segment* segment : segments) {
     SINEW_ASSIGN_OR_RETURN(const SegmentView view,
                            ViewForLabels(*segment, options_));
+    SINEW_ASSIGN_OR_RETURN(
+        std::vector<uint8_t> rows,
+        NormaliserRows(*segment, view, environments, options_));
+    environments += view.environments;
     views.push_back(view);
+    normaliser_rows.push_back(std::move(rows));
   }
-  SINEW_ASSIGN_OR_RETURN(prepared_, Label(segments, views));
+  SINEW_ASSIGN_OR_RETURN(prepared_, Label(segments, views, normaliser_rows));
   prepared_for_ = OrdersOf(segments);
   return absl::OkStatus();
 }
@@ -60,29 +67,22 @@ absl::StatusOr<std::vector<LabelledSegment>> Labeller::Take(
 
 absl::StatusOr<std::vector<LabelledSegment>> Labeller::Label(
     absl::Span<const v1::Segment* const> segments,
-    absl::Span<const SegmentView> views) {
+    absl::Span<const SegmentView> views,
+    absl::Span<const std::vector<uint8_t>> normaliser_rows) {
   SINEW_ASSIGN_OR_RETURN(const std::vector<double> targets,
                          AskTargets(segments, views, options_, annotator_));
   const SequenceShape& shape = options_.shape;
   const auto parts = Divide(targets, views, shape.action);
-  std::vector<int64_t> first_environments;
-  int64_t environments = 0;
-  for (const SegmentView& view : views) {
-    first_environments.push_back(environments);
-    environments += view.environments;
-  }
   std::vector<LabelledSegment> labelled(segments.size());
   SINEW_RETURN_IF_ERROR(pool_.TryRun(
       static_cast<int>(segments.size()), [&](int i) -> absl::Status {
         SINEW_ASSIGN_OR_RETURN(
             const LabelledSequences sequences,
             LabelSegment(*segments[i], views[i], options_, parts[i]));
-        SINEW_ASSIGN_OR_RETURN(const std::vector<uint8_t> typical,
-                               TypicalRows(*segments[i], views[i],
-                                           first_environments[i], options_));
         labelled[i].chunk = MakeChunk(sequences, shape);
         labelled[i].moments = Moments(shape.observation);
-        ComputeMoments(views[i].observation, typical, labelled[i].moments);
+        ComputeMoments(views[i].observation, normaliser_rows[i],
+                       labelled[i].moments);
         return absl::OkStatus();
       }));
   return labelled;

@@ -20,12 +20,13 @@ namespace sinew::learner {
 // One segment, labelled.
 struct LabelledSegment {
   StateChunk chunk;
-  Moments moments;  // of its TypicalRows (labels.h)
+  Moments moments;  // of its NormaliserRows (labels.h)
 };
 
 // Labels segments ahead of the update that learns from them:
 //
-//   Prepare(segments)   asks the teacher, makes chunks, keeps them
+//   Prepare(segments)   asks the teacher, makes chunks, keeps them; these are
+//                       all training segments of one iteration, by order_id
 //   Take(segments)      hands them over, if they are of these segments' orders
 //                       (segments are functions of those); else prepares first
 //
@@ -46,9 +47,11 @@ class Labeller {
 
  private:
   // All valid rows in one call, which the annotator divides as it sees fit.
+  // `normaliser_rows`: NormaliserRows of each segment.
   absl::StatusOr<std::vector<LabelledSegment>> Label(
       absl::Span<const v1::Segment* const> segments,
-      absl::Span<const SegmentView> views);
+      absl::Span<const SegmentView> views,
+      absl::Span<const std::vector<uint8_t>> normaliser_rows);
 
   const LabelOptions options_;
   teacher::Annotator& annotator_;

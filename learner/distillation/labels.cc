@@ -177,21 +177,20 @@ absl::StatusOr<std::vector<double>> AskTargets(
   return targets;
 }
 
-absl::StatusOr<std::vector<uint8_t>> TypicalRows(const v1::Segment& segment,
-                                                 const SegmentView& view,
-                                                 int64_t first_environment,
-                                                 const LabelOptions& options) {
-  std::vector<uint8_t> typical(view.valid.begin(), view.valid.end());
-  if (!(options.distillation.prior_share() > 0)) return typical;
+absl::StatusOr<std::vector<uint8_t>> NormaliserRows(
+    const v1::Segment& segment, const SegmentView& view,
+    int64_t first_environment, const LabelOptions& options) {
+  std::vector<uint8_t> counts(view.valid.begin(), view.valid.end());
+  if (!(options.distillation.prior_share() > 0)) return counts;
   const absl::StatusOr<std::vector<int64_t>> episodes = EpisodesOfRows(segment);
   if (!episodes.ok()) return AtOrder(segment, episodes.status());
   for (int64_t row = 0; row < view.rows(); ++row) {
     const EpisodeActor actor =
         WhoActs(options.distillation, options.seed,
                 first_environment + row % view.environments, (*episodes)[row]);
-    if (actor == EpisodeActor::kPrior) typical[row] = 0;
+    if (actor == EpisodeActor::kPrior) counts[row] = 0;
   }
-  return typical;
+  return counts;
 }
 
 absl::StatusOr<LabelledSequences> LabelSegment(

@@ -52,15 +52,15 @@ absl::StatusOr<std::vector<double>> AskTargets(
 // Rows of a segment that AskTargets asks for.
 int64_t CountValid(const SegmentView& view);
 
-// Flags [T, E] of the rows by which observations are normalised: the valid ones
-// but for those of episodes in which the prior acts. These lie farther out, and
-// with them the student's inputs would shrink while it tracks.
-// `first_environment` is that of the segment's order. Pure. INVALID_ARGUMENT
-// with order for end states that do not fit.
-absl::StatusOr<std::vector<uint8_t>> TypicalRows(const v1::Segment& segment,
-                                                 const SegmentView& view,
-                                                 int64_t first_environment,
-                                                 const LabelOptions& options);
+// Flags [T, E] of the rows that count in the normaliser: the valid ones but for
+// those of episodes in which the prior acts. These lie farther out, and by
+// their spread the inputs of a student that tracks would shrink. Rows of the
+// teacher's episodes count, and of bodies that the student leads on from where
+// the prior left them. `first_environment` is Order.first_environment of the
+// segment's. Pure. INVALID_ARGUMENT with order for end states that do not fit.
+absl::StatusOr<std::vector<uint8_t>> NormaliserRows(
+    const v1::Segment& segment, const SegmentView& view,
+    int64_t first_environment, const LabelOptions& options);
 
 // One segment with its targets [CountValid, A] in the student's units:
 //

@@ -158,14 +158,14 @@ TEST(Labels, OfSeveralSegmentsAreAskedForInOneCallWithoutInvalidRows) {
 }
 
 // Environments 10 and 11; the first begins another episode at its last step.
-TEST(TypicalRows, AreValidAndNotOfThePrior) {
+TEST(NormaliserRows, AreValidAndNotOfThePrior) {
   v1::Segment segment = MakeSegment(7);
   SetColumn<uint8_t>("terminated", {0, 0, 1, 0, 0, 0}, segment);
   SetColumn<uint8_t>("valid", {1, 1, 1, 1, 1, 0}, segment);
   segment.add_end_states()->set_episode(6);
   segment.add_end_states()->set_episode(2);
   LabelOptions options = Options();
-  EXPECT_THAT(TypicalRows(segment, View(segment), 10, options),
+  EXPECT_THAT(NormaliserRows(segment, View(segment), 10, options),
               IsOkAndHolds(ElementsAre(1, 1, 1, 1, 1, 0)));
   options.distillation.set_prior_share(0.5);
   std::set<std::vector<uint8_t>> seen;
@@ -175,22 +175,22 @@ TEST(TypicalRows, AreValidAndNotOfThePrior) {
       return WhoActs(options.distillation, options.seed, environment,
                      episode) != EpisodeActor::kPrior;
     };
-    const auto typical = TypicalRows(segment, View(segment), 10, options);
-    ASSERT_THAT(typical.status(), IsOk());
-    EXPECT_THAT(*typical,
+    const auto counts = NormaliserRows(segment, View(segment), 10, options);
+    ASSERT_THAT(counts.status(), IsOk());
+    EXPECT_THAT(*counts,
                 ElementsAre(student(10, 5), student(11, 2), student(10, 5),
                             student(11, 2), student(10, 6), false));
-    seen.insert(*typical);
+    seen.insert(*counts);
   }
   EXPECT_EQ(seen.size(), 8);
 }
 
-TEST(TypicalRows, RefuseEndStatesThatDoNotFit) {
+TEST(NormaliserRows, RefuseEndStatesThatDoNotFit) {
   const v1::Segment segment = MakeSegment(7);  // has none
   LabelOptions options = Options();
   options.distillation.set_prior_share(0.5);
 
-  EXPECT_THAT(TypicalRows(segment, View(segment), 0, options).status(),
+  EXPECT_THAT(NormaliserRows(segment, View(segment), 0, options).status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("order 7: end_states: expected 2")));
 }

@@ -28,7 +28,7 @@ namespace sinew::evaluation {
 // longer, 15 ms each to make and seconds to run.
 inline constexpr int kMostFallenStarts = 1024;
 
-// Of the later of the two figures.
+// Seconds of recovered_5_s: starts are made long enough for it.
 inline constexpr double kLateSeconds = 5;
 
 struct FallenFigures {

@@ -157,20 +157,38 @@ TEST_F(FallenBundle, IsRecordedBesideAReferenceThatStandsAtFirst) {
   const auto recording = RecordFallen(loaded->subject, 2, StopToken());
 
   ASSERT_THAT(recording, IsOk());
+  const int nq = recording->nq;
   ASSERT_EQ(recording->frames(), 166);  // 5.5 s at 30 Hz, and the start
   ASSERT_EQ(recording->reference.size(), recording->simulated.size());
-  const auto reference = [&](int frame) {
-    return absl::MakeConstSpan(recording->reference)
-        .subspan(static_cast<size_t>(frame) * recording->nq, recording->nq);
-  };
-  EXPECT_EQ(reference(90), reference(0));
-  EXPECT_NE(reference(91), reference(0));
-  // Below the reference's root, and not yet moved by the policy.
+  const std::vector<double> clip = ReferencePoses(
+      loaded->subject.character(), loaded->subject.library(), 0, 0, 77);
+  const std::pair<int, int> frames[] = {{0, 0},  {1, 1},  {90, 1},
+                                        {91, 1}, {92, 2}, {165, 75}};
+  for (const auto& [frame, of_clip] : frames) {
+    for (int i = 0; i < nq; ++i) {
+      EXPECT_EQ(recording->reference[frame * nq + i], clip[of_clip * nq + i])
+          << frame;
+    }
+  }
+  // That state, below the reference's root, and not yet moved by the policy.
+  const auto toy = world::testing::MakeToyWorld();
+  const auto states = MakeFallenStates(CharacterFile(toy), 3);
+  ASSERT_THAT(states, IsOk());
   const double* body = recording->simulated.data();
-  EXPECT_DOUBLE_EQ(body[0], reference(0)[0]);
-  EXPECT_DOUBLE_EQ(body[1], reference(0)[1]);
-  EXPECT_LT(body[2], reference(0)[2]);
-  EXPECT_NE(body[2], body[recording->nq + 2]);
+  EXPECT_DOUBLE_EQ(body[0], clip[0]);
+  EXPECT_DOUBLE_EQ(body[1], clip[1]);
+  for (int i = 2; i < nq; ++i) {
+    EXPECT_NEAR(body[i], (*states)->qpos(2)[i], 1e-12) << i;
+  }
+  EXPECT_NE((*states)->qpos(1)[7], (*states)->qpos(2)[7]);
+  const auto starts =
+      actor::FallenStarts(loaded->subject.assets->task(), kLateSeconds);
+  ASSERT_THAT(starts, IsOk());
+  const auto results =
+      RunStarts(loaded->subject.assets, *loaded->subject.policy, {(*starts)[2]},
+                /*threads=*/1, StopToken());
+  ASSERT_THAT(results, IsOk());
+  EXPECT_EQ(recording->survived, results->front().success());
 }
 
 TEST_F(FallenBundle, HasNoRecordingOfAStateThatIsNone) {

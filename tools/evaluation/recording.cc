@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "absl/strings/str_cat.h"
 #include "actor/fallen_evaluation.h"
@@ -111,19 +112,17 @@ absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
   Recording recording = EmptyRecording(subject);
   recording.simulated = FallenPose(task, start);
   SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording));
-  // It stands, then goes.
-  const int standing = std::min(start.recovery_steps(), recording.frames());
-  const std::vector<double> first = ReferencePoses(
-      subject.character(), subject.library(), start.clip(), 0, 1);
-  for (int frame = 0; frame < standing; ++frame) {
-    recording.reference.insert(recording.reference.end(), first.begin(),
-                               first.end());
+  // What stands is the frame that the first step is compared with.
+  const std::vector<double> clip =
+      ReferencePoses(subject.character(), subject.library(), start.clip(),
+                     /*first=*/0, recording.frames() + 1);
+  for (int frame = 0; frame < recording.frames(); ++frame) {
+    const int shown =
+        frame == 0 ? 0 : std::max(1, frame - start.recovery_steps());
+    const auto pose = clip.begin() + int64_t{shown} * recording.nq;
+    recording.reference.insert(recording.reference.end(), pose,
+                               pose + recording.nq);
   }
-  const std::vector<double> rest =
-      ReferencePoses(subject.character(), subject.library(), start.clip(), 0,
-                     recording.frames() - standing);
-  recording.reference.insert(recording.reference.end(), rest.begin(),
-                             rest.end());
   return recording;
 }
 

@@ -29,15 +29,15 @@ constexpr int kVideoSize = 480;
 struct RenderOptions {
   std::string bundle;
   std::string motions;
-  std::string clip;  // empty: the first
-  std::optional<int> fallen;
+  std::string clip;           // empty: the first
+  std::optional<int> fallen;  // which state, instead of a clip
   double seconds = 10;
   std::string out;  // folder, .png or .mp4
 };
 
 struct Film {
   evaluation::Subject subject;
-  std::string clip;
+  std::string name;  // of the clip, or of the start
   evaluation::Recording recording;
 
   render::PoseRows reference() const {
@@ -82,7 +82,7 @@ absl::Status WriteFilm(const Film& film, const std::string& path,
 absl::Status WriteFolder(const Film& film, const std::string& folder,
                          const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(MakeDirectories(folder));
-  const std::string stem = JoinPath(folder, film.clip);
+  const std::string stem = JoinPath(folder, film.name);
   SINEW_RETURN_IF_ERROR(WriteStrip(film, stem + ".png"));
   const absl::Status encoder = render::CheckEncoder({});
   if (!encoder.ok()) {
@@ -98,25 +98,25 @@ absl::Status FilmClip(const RenderOptions& options, const StopToken& stop,
   SINEW_ASSIGN_OR_RETURN(
       const int clip,
       evaluation::FindClip(film->subject.library(), options.clip));
-  film->clip = film->subject.library().clip(clip).name();
+  film->name = film->subject.library().clip(clip).name();
   SINEW_ASSIGN_OR_RETURN(
       film->recording,
       evaluation::RecordClip(film->subject, clip, options.seconds, stop));
   if (!film->recording.survived) {
     absl::FPrintF(
-        stderr, "sinew: %s: the policy fell after %.2f s\n", film->clip,
+        stderr, "sinew: %s: the policy fell after %.2f s\n", film->name,
         (film->recording.frames() - 1) / film->recording.frames_per_second);
   }
   return absl::OkStatus();
 }
 
 absl::Status FilmFallen(int state, const StopToken& stop, Film* film) {
-  film->clip = absl::StrCat("fallen_", state);
+  film->name = absl::StrCat("fallen_", state);
   SINEW_ASSIGN_OR_RETURN(film->recording,
                          evaluation::RecordFallen(film->subject, state, stop));
   if (!film->recording.survived) {
     absl::FPrintF(stderr, "sinew: %s: the policy does not stand at the end\n",
-                  film->clip);
+                  film->name);
   }
   return absl::OkStatus();
 }
@@ -126,7 +126,7 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
   SINEW_ASSIGN_OR_RETURN(
       evaluation::BundleSubject loaded,
       evaluation::LoadBundleSubject(options.bundle, options.motions,
-                                    options.fallen.value_or(-1) + 1));
+                                    options.fallen ? *options.fallen + 1 : 0));
   film.subject = std::move(loaded.subject);
   if (options.fallen.has_value()) {
     SINEW_RETURN_IF_ERROR(FilmFallen(*options.fallen, stop, &film));
@@ -152,8 +152,8 @@ void AddRenderCommand(CLI::App& app, Action& action) {
   command->add_option("--clip", options->clip, "name (default: the first)");
   command->add_option("--seconds", options->seconds, "at most (default 10)");
   command
-      ->add_option("--fallen", options->fallen,
-                   "from the floor instead: which of the fallen states of "
+      ->add_option("--fallen-state", options->fallen,
+                   "from the floor instead: which of the states of "
                    "`sinew eval --fallen`, from 0")
       ->check(CLI::Range(0, evaluation::kMostFallenStarts - 1))
       ->excludes("--clip", "--seconds");
