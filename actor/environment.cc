@@ -40,8 +40,7 @@ absl::Status CheckRecovery(const v1::EnvironmentState& state, int index,
     return Error(index, "start_kind", v1::StartKind_MIN, v1::StartKind_MAX,
                  state.start_kind());
   }
-  const int64_t steps =
-      task.recovery().on() ? task.recipe().task().recovery().steps() : 0;
+  const int64_t steps = task.recovery().on() ? task.recovery().most_steps() : 0;
   const int64_t left = state.recovery_steps_left();
   if (left < 0 || left > steps) {
     return Error(index, "recovery_steps_left", 0, steps, left);

@@ -169,8 +169,9 @@ class EvaluationRollout {
   void WriteResult(int start, v1::EvaluationResult* result) const {
     const v1::EvaluationStart& from = order_.starts(start);
     const metrics::TrackingErrorSums& sums = errors_[start].sums();
-    result->set_clip(from.clip());
-    result->set_start_frame(from.start_frame());
+    const world::Episode& episode = state_.environments[start].episode;
+    result->set_clip(episode.clip);
+    result->set_start_frame(episode.start_frame);
     result->set_steps(from.steps());
     result->set_success(failed_at_[start] < 0);
     result->set_failed_at_frame(failed_at_[start]);

@@ -5,17 +5,30 @@
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"
-#include "sim/character/character.h"
+#include "common/status_macros.h"
 #include "sim/motion/library.h"
+#include "sim/world/get_up_frames.h"
 
 namespace sinew::actor {
 namespace {
 
 // Seconds in which the reference stands where the recipe does not say.
 constexpr double kStandingSeconds = 3;
-// Share of the standing height below which a reference's root lies or crouches:
-// to track it would be no standing up.
-constexpr double kUprightShare = 0.8;
+// Steps of the same for a get-up.
+constexpr int32_t kGetUpSteps = 20;
+
+absl::Status CheckStates(const world::TrackingTask& task) {
+  if (task.num_fallen_states() > 0) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      "evaluation from fallen states: expected an asset of role \"fallen\", "
+      "found none");
+}
+
+// Control steps of a start that has `seconds` to recover.
+int32_t StepsOf(const world::TrackingTask& task, double seconds) {
+  return static_cast<int32_t>(std::lround(
+      (seconds + kHoldSeconds) * task.recipe().physics().control_hz()));
+}
 
 // Whether the root stays at `height` or above in frames 0 to `last` of a clip.
 bool StaysUpright(const motion::Library& library, int clip, int64_t last,
@@ -32,21 +45,15 @@ bool StaysUpright(const motion::Library& library, int clip, int64_t last,
 
 absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
     const world::TrackingTask& task, double seconds) {
-  if (task.num_fallen_states() == 0) {
-    return absl::FailedPreconditionError(
-        "evaluation from fallen states: expected an asset of role \"fallen\", "
-        "found none");
-  }
+  SINEW_RETURN_IF_ERROR(CheckStates(task));
   const double hz = task.recipe().physics().control_hz();
-  const auto steps =
-      static_cast<int32_t>(std::lround((seconds + kHoldSeconds) * hz));
+  const int32_t steps = StepsOf(task, seconds);
   const int32_t standing =
       task.recovery().on()
           ? task.recipe().task().recovery().steps()
           : static_cast<int32_t>(std::lround(kStandingSeconds * hz));
   const motion::Library& library = task.library();
-  const double height =
-      kUprightShare * task.character().proto().standing_root_height();
+  const double height = world::UprightRootHeight(task.character());
   const int last = std::max(1, steps - standing);
   std::vector<int> clips;
   for (int clip = 0; clip < library.num_clips(); ++clip) {
@@ -72,10 +79,29 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
   return starts;
 }
 
+absl::StatusOr<std::vector<v1::EvaluationStart>> GetUpStarts(
+    const world::TrackingTask& task, double seconds) {
+  SINEW_RETURN_IF_ERROR(CheckStates(task));
+  if (task.num_get_up_frames() == 0) {
+    return absl::NotFoundError(
+        "evaluation of get-ups: expected a clip that is not left out, begins "
+        "on the floor and ends upright, found none");
+  }
+  const int32_t standing = task.recipe().task().recovery().get_up_steps();
+  std::vector<v1::EvaluationStart> starts(task.num_fallen_states());
+  for (size_t i = 0; i < starts.size(); ++i) {
+    starts[i].set_steps(StepsOf(task, seconds));
+    starts[i].set_fallen_state(static_cast<int32_t>(i));
+    starts[i].set_recovery_steps(standing > 0 ? standing : kGetUpSteps);
+    starts[i].set_get_up(true);
+  }
+  return starts;
+}
+
 world::BodyStart BodyStartOf(const v1::EvaluationStart& start) {
   world::BodyStart body;
   if (!start.has_fallen_state()) return body;
-  body.kind = v1::START_KIND_FALLEN;
+  body.kind = start.get_up() ? v1::START_KIND_GET_UP : v1::START_KIND_FALLEN;
   body.fallen_state = start.fallen_state();
   body.recovery_steps = start.recovery_steps();
   return body;

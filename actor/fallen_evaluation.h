@@ -13,6 +13,7 @@ namespace sinew::actor {
 // again in time.
 //
 //   starts = FallenStarts(task, 5);             // into KIND_EVALUATE orders
+//                                               // (or GetUpStarts)
 //   share3 = RecoveredShare(results, 3, 30);    // of all their results
 //   share5 = RecoveredShare(results, 5, 30);
 //
@@ -24,11 +25,18 @@ inline constexpr double kHoldSeconds = 0.5;
 // One start for each fallen state i of the task, in order: frame 0 of the clips
 // that are long enough for `seconds` and kHoldSeconds beside the steps in which
 // the reference stands (the recipe's, or 3 s where it has no recovery), are not
-// left out, and whose root stays at 0.8 of the standing height or above over
+// left out, and whose root stays upright (world::UprightRootHeight) over
 // the frames used: who lies beside a reference that lies has not recovered. One
 // after the other. FAILED_PRECONDITION: no fallen states; NOT_FOUND: no such
 // clip.
 absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
+    const world::TrackingTask& task, double seconds);
+
+// The same with a get-up (sim/world/get_up_frames.h) for a reference, whichever
+// is nearest to the body: it stands for the recipe's get_up_steps, or 20 where
+// the recipe has none. FAILED_PRECONDITION: no fallen states; NOT_FOUND: no
+// get-up.
+absl::StatusOr<std::vector<v1::EvaluationStart>> GetUpStarts(
     const world::TrackingTask& task, double seconds);
 
 // How the body begins such a start; on the reference where it names no fallen

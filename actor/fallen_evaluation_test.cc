@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -30,6 +31,14 @@ v1::Recipe RecoveryRecipe() {
   recovery->set_steps(12);
   recovery->set_fallen_states(4);
   return WithDefaults(recipe);
+}
+
+v1::EvaluationStart GetUpStart() {
+  v1::EvaluationStart start;
+  start.set_fallen_state(1);
+  start.set_steps(30);
+  start.set_get_up(true);
+  return start;
 }
 
 TEST(FallenEvaluation, StartsFromEveryStateInClipsThatAreLongEnough) {
@@ -101,6 +110,64 @@ TEST(FallenEvaluation, NeedsFallenStates) {
   EXPECT_THAT(FallenStarts(rig.assets->task(), 5).status(),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        HasSubstr("an asset of role \"fallen\"")));
+}
+
+TEST(GetUpEvaluation, StartsFromEveryStateOnTheNearestGetUp) {
+  RolloutRig rig(RecoveryRecipe(), world::testing::ToyClips::kWithGetUp);
+
+  const auto starts = GetUpStarts(rig.assets->task(), 0.5);
+
+  ASSERT_TRUE(starts.ok()) << starts.status();
+  ASSERT_EQ(starts->size(), 4);
+  v1::Order order = rig.EvaluationOrder({});
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ((*starts)[i].fallen_state(), i);
+    EXPECT_EQ((*starts)[i].steps(), 30);
+    EXPECT_EQ((*starts)[i].recovery_steps(), 20);
+    EXPECT_TRUE((*starts)[i].get_up());
+    *order.add_starts() = (*starts)[i];
+  }
+  const v1::Segment segment = rig.Run(order);
+  ASSERT_EQ(segment.results_size(), 4);
+  for (const v1::EvaluationResult& result : segment.results()) {
+    EXPECT_EQ(result.clip(), 1);
+    EXPECT_LT(result.start_frame(), 7);
+    EXPECT_EQ(result.frames(), 30);
+    EXPECT_NE(result.recovered_at_frame(), 0);
+  }
+}
+
+TEST(GetUpEvaluation, NeedsAGetUp) {
+  RolloutRig rig(RecoveryRecipe());
+  EXPECT_THAT(GetUpStarts(rig.assets->task(), 0.5).status(),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("begins on the floor and ends upright")));
+
+  v1::Order order = rig.EvaluationOrder({});
+  *order.add_starts() = GetUpStart();
+  EXPECT_THAT(rig.worker->Run(order, *rig.snapshot).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("starts[0].get_up: expected false")));
+}
+
+TEST(GetUpEvaluation, RefusesStartsThatMakeNoSense) {
+  RolloutRig rig(RecoveryRecipe(), world::testing::ToyClips::kWithGetUp);
+  const auto refusal =
+      [&](const std::function<void(v1::EvaluationStart*)>& spoil) {
+        v1::Order order = rig.EvaluationOrder({});
+        *order.add_starts() = GetUpStart();
+        spoil(order.mutable_starts(0));
+        return std::string(
+            rig.worker->Run(order, *rig.snapshot).status().message());
+      };
+
+  EXPECT_THAT(refusal([](auto* start) { start->clear_fallen_state(); }),
+              HasSubstr("starts[0].get_up: expected false without"));
+  EXPECT_THAT(refusal([](auto* start) { start->set_clip(1); }),
+              HasSubstr("starts[0].clip: expected 0"));
+  EXPECT_THAT(refusal([](auto* start) { start->set_steps(1 << 17); }),
+              HasSubstr("starts[0].steps: expected 1 to 65536"));
+  EXPECT_EQ(refusal([](auto*) {}), "");
 }
 
 TEST(FallenEvaluation, CountsThoseThatAreUpInTimeAndNoOthers) {

@@ -11,6 +11,9 @@
 namespace sinew::actor {
 namespace {
 
+// Most steps of an evaluation on a get-up, which has no end of its own.
+constexpr int32_t kMostGetUpSteps = 1 << 16;
+
 template <typename Expected, typename Found>
 absl::Status Error(const v1::Order& order, absl::string_view field,
                    const Expected& expected, const Found& found) {
@@ -35,11 +38,20 @@ absl::Status CheckActs(const v1::Order& order, double share,
 absl::Status CheckNeeds(const v1::Order& order,
                         const PreparedSnapshot& snapshot,
                         const world::TrackingTask& task) {
-  if (task.recipe().task().recovery().fallen_share() > 0 &&
-      task.num_fallen_states() == 0) {
+  const v1::Recovery& recovery = task.recipe().task().recovery();
+  if (FallenShare(recovery) > 0 && task.num_fallen_states() == 0) {
     return Error(order, "assets_sha256",
-                 "assets of role \"fallen\", since recipe field "
-                 "task.recovery.fallen_share is not 0",
+                 absl::StrCat("assets of role \"fallen\", since recipe field "
+                              "task.recovery.",
+                              recovery.fallen_share() > 0 ? "fallen" : "get_up",
+                              "_share is not 0"),
+                 "none");
+  }
+  if (recovery.get_up_share() > 0 && task.num_get_up_frames() == 0) {
+    return Error(order, "assets_sha256",
+                 "a library with a clip that begins on the floor and ends "
+                 "upright, since recipe field task.recovery.get_up_share is "
+                 "not 0",
                  "none");
   }
   const v1::Distillation& shares = task.recipe().distillation();
@@ -93,6 +105,10 @@ absl::Status CheckTraining(const v1::Order& order,
 absl::Status CheckFallen(const v1::Order& order, const std::string& field,
                          const v1::EvaluationStart& start, int fallen_states) {
   if (!start.has_fallen_state()) {
+    if (start.get_up()) {
+      return Error(order, field + ".get_up", "false without fallen_state",
+                   "true");
+    }
     return start.recovery_steps() == 0
                ? absl::OkStatus()
                : Error(order, field + ".recovery_steps",
@@ -107,6 +123,28 @@ absl::Status CheckFallen(const v1::Order& order, const std::string& field,
   if (start.recovery_steps() < 0) {
     return Error(order, field + ".recovery_steps", ">= 0",
                  start.recovery_steps());
+  }
+  return absl::OkStatus();
+}
+
+// That there are get-ups for a start that asks for one, and that it names no
+// other clip and ends.
+absl::Status CheckGetUp(const v1::Order& order, const std::string& field,
+                        const v1::EvaluationStart& start,
+                        const world::TrackingTask& task) {
+  if (task.num_get_up_frames() == 0) {
+    return Error(order, field + ".get_up",
+                 "false, since no clip of the library begins on the floor and "
+                 "ends upright",
+                 "true");
+  }
+  if (start.clip() != 0 || start.start_frame() != 0) {
+    return Error(order, field + ".clip", "0 with start_frame 0 beside get_up",
+                 absl::StrCat(start.clip(), " with ", start.start_frame()));
+  }
+  if (start.steps() < 1 || start.steps() > kMostGetUpSteps) {
+    return Error(order, field + ".steps",
+                 absl::StrCat("1 to ", kMostGetUpSteps), start.steps());
   }
   return absl::OkStatus();
 }
@@ -128,6 +166,7 @@ absl::Status CheckStart(const v1::Order& order, int index,
   }
   SINEW_RETURN_IF_ERROR(
       CheckFallen(order, field, start, task.num_fallen_states()));
+  if (start.get_up()) return CheckGetUp(order, field, start, task);
   const int64_t most =
       motion::LastFrame(clip) - start.start_frame() + start.recovery_steps();
   if (start.steps() < 1 || start.steps() > most) {

@@ -103,6 +103,41 @@ TEST(RecoveryRollout, NeedsTheAssetItStartsFrom) {
                        HasSubstr("assets of role \"fallen\"")));
 }
 
+v1::Recipe GetUpRecipe() {
+  v1::Recipe recipe = RecoveryRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->clear_fallen_share();
+  recovery->set_get_up_share(0.6);
+  return WithDefaults(recipe);
+}
+
+TEST(RecoveryRollout, PutsFallenBodiesOnGetUps) {
+  RolloutRig rig(GetUpRecipe(), world::testing::ToyClips::kWithGetUp);
+
+  const v1::Segment segment = rig.RunWholeAndInHalves(4, 80);
+
+  int get_ups = 0;
+  for (const v1::EpisodeEnd& end : segment.episodes()) {
+    if (end.start_kind() != v1::START_KIND_GET_UP) continue;
+    ++get_ups;
+    EXPECT_EQ(end.clip(), 1);
+    EXPECT_LT(end.start_frame(), 7);
+    if (end.reason() == v1::EpisodeEnd::REASON_DIVERGED) continue;
+    EXPECT_GT(end.steps(), 20);
+  }
+  EXPECT_GT(get_ups, 2);
+  EXPECT_TRUE(CheckColumnsFinite(segment).ok());
+}
+
+TEST(RecoveryRollout, NeedsAGetUpToPutThemOn) {
+  RolloutRig rig(GetUpRecipe());
+
+  EXPECT_THAT(
+      rig.worker->Run(rig.TrainOrder(1, 4), *rig.snapshot).status(),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("a library with a clip that begins on the floor")));
+}
+
 TEST(RecoveryRollout, TakesItsAssetsFromBytes) {
   RolloutRig rig(RecoveryRecipe());
   const std::string expected = Bytes(rig.Run(rig.TrainOrder(2, 20)));

@@ -37,8 +37,9 @@ std::map<std::string, std::string> AssetBytes(
 
 }  // namespace
 
-RolloutRig::RolloutRig(const v1::Recipe& recipe) {
-  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+RolloutRig::RolloutRig(const v1::Recipe& recipe,
+                       world::testing::ToyClips clips) {
+  world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe, clips);
   asset_bytes = AssetBytes(toy);
   std::unique_ptr<const world::FallenStates> fallen =
       world::testing::MakeFallenStates(toy);

@@ -29,7 +29,9 @@ struct Start {
 // standard deviation `std`, and fallen states if the recipe asks for them.
 // Members abort with a message on any error.
 struct RolloutRig {
-  explicit RolloutRig(const v1::Recipe& recipe = world::testing::ToyRecipe());
+  explicit RolloutRig(
+      const v1::Recipe& recipe = world::testing::ToyRecipe(),
+      world::testing::ToyClips clips = world::testing::ToyClips::kStanding);
 
   // Fresh environments 0, 1, ... of run seed 11; order 7.
   v1::Order TrainOrder(int environments, int horizon) const;

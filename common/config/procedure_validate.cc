@@ -28,9 +28,9 @@ void CheckRecoveryStage(const v1::Recipe& recipe, FieldChecker& check) {
   const v1::Procedure& procedure = recipe.procedure();
   check.AtLeast(procedure.recovery_samples(), 0, "procedure.recovery_samples");
   const v1::Recovery& recovery = recipe.task().recovery();
-  const double share = recovery.fallen_share() + recovery.far_share();
+  const double share = RecoveryShare(recovery);
   check.Require(procedure.recovery_samples() == 0 || share > 0, "task.recovery",
-                "fallen_share + far_share > 0, since "
+                "fallen_share + far_share + get_up_share > 0, since "
                 "procedure.recovery_samples asks for a recovery primitive",
                 share);
 }

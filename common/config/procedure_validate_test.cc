@@ -162,7 +162,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "evaluation.interval: expected >= 1, since plateau waits for "
                   "evaluations, found 0"},
         Violation{{"procedure.recovery_samples=100"},
-                  "task.recovery: expected fallen_share + far_share > 0, since "
+                  "task.recovery: expected fallen_share + far_share + "
+                  "get_up_share > 0, since "
                   "procedure.recovery_samples asks for a recovery primitive, "
                   "found 0"},
         Violation{

@@ -18,6 +18,14 @@ absl::StatusOr<v1::Recipe> ParseRecipe(absl::string_view text,
   return recipe;
 }
 
+double RecoveryShare(const v1::Recovery& recovery) {
+  return FallenShare(recovery) + recovery.far_share();
+}
+
+double FallenShare(const v1::Recovery& recovery) {
+  return recovery.fallen_share() + recovery.get_up_share();
+}
+
 bool IsSelfBlock(int block) {
   return block == v1::Observation::BLOCK_SELF_JOINT_SPACE ||
          block == v1::Observation::BLOCK_PREVIOUS_TARGET ||

@@ -45,6 +45,13 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe);
 inline constexpr int kFewestPrimitives = 2;
 inline constexpr int kMostPrimitives = 16;
 
+// Share of episodes that begin off their reference; recovery is on where it is
+// not 0.
+double RecoveryShare(const v1::Recovery& recovery);
+
+// Share of episodes that begin in a state of the asset "fallen".
+double FallenShare(const v1::Recovery& recovery);
+
 // Whether a block of observations is about the body alone: it needs no
 // reference.
 bool IsSelfBlock(int block);

@@ -50,7 +50,7 @@ void FillReward(v1::Reward& reward) {
 
 // Only where it is on: a recipe without says nothing of it.
 void FillRecovery(v1::Recovery& recovery) {
-  if (!(recovery.fallen_share() > 0) && !(recovery.far_share() > 0)) return;
+  if (!(RecoveryShare(recovery) > 0)) return;
   SINEW_DEFAULT(recovery, steps, 90);
   SINEW_DEFAULT(recovery, far_offset, 5);
   SINEW_DEFAULT(recovery, far_distance, 3);
@@ -59,6 +59,7 @@ void FillRecovery(v1::Recovery& recovery) {
   SINEW_DEFAULT(recovery, near_distance, 0.25);
   SINEW_DEFAULT(recovery, near_factor, 0.5);
   SINEW_DEFAULT(recovery, fallen_states, 256);
+  if (recovery.get_up_share() > 0) SINEW_DEFAULT(recovery, get_up_steps, 20);
 }
 
 void FillVariants(v1::Task& task) {

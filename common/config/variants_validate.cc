@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
 
 namespace sinew {
 namespace {
@@ -19,9 +20,12 @@ constexpr double kMaxDistance = 1000;  // m
 void CheckRecovery(const v1::Recovery& recovery, FieldChecker& check) {
   check.Within(recovery.fallen_share(), 0, 1, "task.recovery.fallen_share");
   check.Within(recovery.far_share(), 0, 1, "task.recovery.far_share");
-  const double share = recovery.fallen_share() + recovery.far_share();
-  check.Require(share <= 1 + kRounding, "task.recovery.far_share",
-                "at most 1 together with task.recovery.fallen_share", share);
+  check.Within(recovery.get_up_share(), 0, 1, "task.recovery.get_up_share");
+  const double share = RecoveryShare(recovery);
+  check.Require(share <= 1 + kRounding, "task.recovery",
+                "fallen_share + far_share + get_up_share at most 1", share);
+  check.Within(recovery.get_up_steps(), 0, 1 << 16,
+               "task.recovery.get_up_steps");
   check.Within(recovery.far_offset(), 0, kMaxDistance,
                "task.recovery.far_offset");
   check.Within(recovery.far_distance(), 0, kMaxDistance,
@@ -32,6 +36,9 @@ void CheckRecovery(const v1::Recovery& recovery, FieldChecker& check) {
   check.AtLeast(recovery.near_factor(), 0, "task.recovery.near_factor");
   if (!(share > 0)) return;  // off
   check.Within(recovery.steps(), 1, 1 << 16, "task.recovery.steps");
+  if (recovery.get_up_share() > 0) {
+    check.AtLeast(recovery.get_up_steps(), 1, "task.recovery.get_up_steps");
+  }
   check.Positive(recovery.far_offset(), "task.recovery.far_offset");
   check.Positive(recovery.far_distance(), "task.recovery.far_distance");
   check.Positive(recovery.max_gain(), "task.recovery.max_gain");

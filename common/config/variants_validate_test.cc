@@ -39,6 +39,16 @@ TEST(Variants, FillThePapersDefaultsOfRecovery) {
   EXPECT_THAT(ValidateRecipe(recipe), IsOk());
 }
 
+TEST(Variants, FillTheStepsOfGetUpsOnlyWhereThereAreAny) {
+  const v1::Recovery recovery =
+      MakeRecipe({"task.recovery.get_up_share=0.3"}).task().recovery();
+
+  EXPECT_EQ(recovery.get_up_steps(), 20);
+  EXPECT_EQ(recovery.steps(), 90);
+  EXPECT_DOUBLE_EQ(RecoveryShare(recovery), 0.3);
+  EXPECT_DOUBLE_EQ(FallenShare(recovery), 0.3);
+}
+
 TEST(Variants, FillTheIntervalOfPushesOnlyWhereTheyAreOn) {
   EXPECT_THAT(
       MakeRecipe({"task.randomisation.mass=0.1"}).task().randomisation(),
@@ -77,9 +87,17 @@ INSTANTIATE_TEST_SUITE_P(
             {"task.recovery.fallen_share=1.5"},
             "task.recovery.fallen_share: expected within [0, 1], found 1.5"},
         Violation{
-            {"task.recovery.fallen_share=0.75", "task.recovery.far_share=0.5"},
-            "task.recovery.far_share: expected at most 1 together with "
-            "task.recovery.fallen_share, found 1.25"},
+            {"task.recovery.fallen_share=0.75", "task.recovery.far_share=0.125",
+             "task.recovery.get_up_share=0.25"},
+            "task.recovery: expected fallen_share + far_share + get_up_share "
+            "at most 1, found 1.125"},
+        Violation{{"task.recovery.get_up_share=-0.5"},
+                  "task.recovery.get_up_share: expected within [0, 1], found "
+                  "-0.5"},
+        Violation{
+            {"task.recovery.get_up_share=0.5", "task.recovery.get_up_steps=-1"},
+            "task.recovery.get_up_steps: expected within [0, 65536], "
+            "found -1"},
         Violation{{"task.recovery.far_share=0.5", "task.recovery.steps=-1"},
                   "task.recovery.steps: expected within [1, 65536], found -1"},
         Violation{

@@ -145,8 +145,8 @@ TEST(Curriculum, PassesOverEpisodesThatDoNotBeginOnTheReference) {
   curriculum->Reweigh();
   const std::string before = curriculum->table().SerializeAsString();
 
-  for (const auto kind :
-       {v1::START_KIND_FALLEN, v1::START_KIND_FAR, v1::START_KIND_CARRIED}) {
+  for (const auto kind : {v1::START_KIND_FALLEN, v1::START_KIND_FAR,
+                          v1::START_KIND_CARRIED, v1::START_KIND_GET_UP}) {
     v1::EpisodeEnd episode = MakeEpisode(1, 0, 3, true);
     episode.set_start_kind(kind);
     curriculum->Record(episode, 2);

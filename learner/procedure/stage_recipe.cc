@@ -49,7 +49,7 @@ bool Recovers(const v1::Recipe& recipe, StageKind kind) {
   const v1::Recovery& recovery = recipe.task().recovery();
   return (kind == StageKind::kRecovery || kind == StageKind::kComposer) &&
          recipe.procedure().recovery_samples() > 0 &&
-         recovery.fallen_share() + recovery.far_share() > 0;
+         RecoveryShare(recovery) > 0;
 }
 
 // Evaluations neither end it nor begin its annealing.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
 #include "common/policy/safetensors.h"
 #include "common/random/philox.h"
 #include "common/status_macros.h"
@@ -198,7 +199,7 @@ absl::StatusOr<FallenStates> FallenStates::MakeFrom(
 absl::StatusOr<std::unique_ptr<const FallenStates>> FallenStates::MakeFor(
     const character::Character& character, const v1::Recipe& recipe) {
   const v1::Recovery& recovery = recipe.task().recovery();
-  if (!(recovery.fallen_share() > 0)) return nullptr;
+  if (!(FallenShare(recovery) > 0)) return nullptr;
   SINEW_ASSIGN_OR_RETURN(FallenStates states,
                          Make(character, recipe, recovery.fallen_states(),
                               recovery.fallen_seed()));

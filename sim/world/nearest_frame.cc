@@ -22,8 +22,7 @@ void Describe(const BodyState& body, float* out) {
 }
 
 std::vector<StartFrame> Candidates(const v1::Start& recipe,
-                                   const motion::Library& library,
-                                   int64_t most) {
+                                   const motion::Library& library) {
   std::vector<StartFrame> all;
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
@@ -35,6 +34,11 @@ std::vector<StartFrame> Candidates(const v1::Start& recipe,
       all.push_back({.clip = c, .frame = static_cast<int32_t>(frame)});
     }
   }
+  return all;
+}
+
+// Every n-th, so that there are at most so many.
+std::vector<StartFrame> Thin(const std::vector<StartFrame>& all, int64_t most) {
   const auto limit = static_cast<size_t>(most);
   const size_t every = (all.size() + limit - 1) / limit;
   std::vector<StartFrame> kept;
@@ -47,7 +51,12 @@ std::vector<StartFrame> Candidates(const v1::Start& recipe,
 NearestFrames::NearestFrames(const v1::Start& recipe,
                              const motion::Library& library,
                              const BodyReader& reader, int64_t most)
-    : frames_(Candidates(recipe, library, most)) {
+    : NearestFrames(Candidates(recipe, library), library, reader, most) {}
+
+NearestFrames::NearestFrames(const std::vector<StartFrame>& frames,
+                             const motion::Library& library,
+                             const BodyReader& reader, int64_t most)
+    : frames_(Thin(frames, most)) {
   const int bodies = reader.num_bodies();
   features_.resize(static_cast<int64_t>(frames_.size()), 6 * bodies);
   BodyState body(bodies, reader.num_joints());

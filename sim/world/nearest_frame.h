@@ -21,8 +21,8 @@ namespace sinew::world {
 // kVelocitySeconds, both seen from the root's place on the floor along its
 // heading: the distance is the square root of the sum of squares. Candidates
 // are the frames of the clips that IsDrawn says which are followed by at least
-// kFramesAhead others (all frames of a looping clip); where there are more than
-// `most`, every n-th, so that at most so many are kept.
+// kFramesAhead others (all frames of a looping clip), or given ones; where
+// there are more than `most`, every n-th, so that at most so many are kept.
 //
 //   NearestFrames frames(recipe.task().start(), library, reader);
 //   std::vector<float> scratch(frames.width());
@@ -40,6 +40,11 @@ class NearestFrames {
   // `most` >= 1.
   NearestFrames(const v1::Start& recipe, const motion::Library& library,
                 const BodyReader& reader, int64_t most = kMostFrames);
+
+  // Of these frames instead.
+  NearestFrames(const std::vector<StartFrame>& frames,
+                const motion::Library& library, const BodyReader& reader,
+                int64_t most = kMostFrames);
 
   // Numbers of scratch that Find needs.
   int width() const { return static_cast<int>(features_.cols()); }

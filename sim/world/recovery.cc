@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/world/get_up_frames.h"
+
 namespace sinew::world {
 namespace {
 
@@ -18,6 +20,11 @@ enum DrawIndex : uint64_t {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
 
+int DrawFallen(const RandomKey& key, int fallen_states) {
+  return static_cast<int>(
+      UniformInt(key, static_cast<uint64_t>(fallen_states), kFallenState));
+}
+
 }  // namespace
 
 BodyStart RecoveryLaw::Draw(RandomKey key, int fallen_states) const {
@@ -25,21 +32,24 @@ BodyStart RecoveryLaw::Draw(RandomKey key, int fallen_states) const {
   key.purpose = RandomPurpose::kRecovery;
   BodyStart start;
   const double kind = Uniform(key, kKind);
-  if (kind >= recipe_.fallen_share() + recipe_.far_share()) return start;
+  if (kind >= RecoveryShare(recipe_)) return start;
   start.recovery_steps = recipe_.steps();
   start.turn = kFullTurn * Uniform(key, kTurn);
   if (kind < recipe_.fallen_share()) {
     start.kind = v1::START_KIND_FALLEN;
-    start.fallen_state = static_cast<int>(
-        UniformInt(key, static_cast<uint64_t>(fallen_states), kFallenState));
-    return start;
+    start.fallen_state = DrawFallen(key, fallen_states);
+  } else if (kind < recipe_.fallen_share() + recipe_.far_share()) {
+    start.kind = v1::START_KIND_FAR;
+    const double distance =
+        std::sqrt(Uniform(key, kDistance)) * recipe_.far_offset();
+    const double direction = kFullTurn * Uniform(key, kDirection);
+    start.offset_x = distance * std::cos(direction);
+    start.offset_y = distance * std::sin(direction);
+  } else {
+    start = {.kind = v1::START_KIND_GET_UP,
+             .fallen_state = DrawFallen(key, fallen_states),
+             .recovery_steps = recipe_.get_up_steps()};
   }
-  start.kind = v1::START_KIND_FAR;
-  const double distance =
-      std::sqrt(Uniform(key, kDistance)) * recipe_.far_offset();
-  const double direction = kFullTurn * Uniform(key, kDirection);
-  start.offset_x = distance * std::cos(direction);
-  start.offset_y = distance * std::sin(direction);
   return start;
 }
 
@@ -63,7 +73,8 @@ bool RecoveryLaw::Hide(const BodyState& body, BodyState* reference) const {
 
 RecoveryWatch::RecoveryWatch(const character::Character& character,
                              double max_mean_distance)
-    : max_mean_distance_(max_mean_distance) {
+    : max_mean_distance_(max_mean_distance),
+      upright_height_(UprightRootHeight(character)) {
   const std::vector<int>& tracked = character.tracked();
   const auto head =
       std::find(tracked.begin(), tracked.end(), character.head_body() - 1);
@@ -77,6 +88,7 @@ void RecoveryWatch::Add(double mean_distance, const BodyState& body,
   ++frame_;
   const bool holds =
       mean_distance < max_mean_distance_ &&
+      reference.position[0].z() >= upright_height_ &&
       body.position[head_].z() >= kHeadShare * reference.position[head_].z();
   if (!holds) {
     since_ = -1;

@@ -1,8 +1,10 @@
 #ifndef SINEW_SIM_WORLD_RECOVERY_H_
 #define SINEW_SIM_WORLD_RECOVERY_H_
 
+#include <algorithm>
 #include <cstdint>
 
+#include "common/config/recipe.h"
 #include "common/random/philox.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -14,7 +16,7 @@ namespace sinew::world {
 // Where and how the body begins an episode, beside the reference's frame.
 struct BodyStart {
   v1::StartKind kind = v1::START_KIND_REFERENCE;
-  int fallen_state = 0;  // index into FallenStates; FALLEN only
+  int fallen_state = 0;  // index into FallenStates; FALLEN and GET_UP only
   // From the reference's root, m, world; FAR only.
   double offset_x = 0, offset_y = 0;
   double turn = 0;  // about the vertical through the root, rad
@@ -25,9 +27,10 @@ struct BodyStart {
 //
 //   start   fallen with probability fallen_share, far with far_share: sqrt(u)
 //           far_offset metres off in a uniform direction; both turned by a
-//           uniform angle
-//   clock   for `steps` steps the reference stands and nothing ends the episode
-//           but a divergence (tracking_task.h)
+//           uniform angle; with get_up_share (not PHC's) fallen, on the frame
+//           of a get-up that is nearest to the body (tracking_task.h)
+//   clock   for `steps` steps (get_up_steps on a get-up) the reference stands
+//           and nothing ends the episode but a divergence (tracking_task.h)
 //   reward  d, d' distances between the roots before and after the step:
 //             goal_weight * min(d - d', max_gain)
 //             + near_factor * tracking  where d' < near_distance
@@ -44,12 +47,16 @@ class RecoveryLaw {
 
   // Whether any episode starts otherwise than on the reference. Else no other
   // method may be called.
-  bool on() const {
-    return recipe_.fallen_share() > 0 || recipe_.far_share() > 0;
+  bool on() const { return RecoveryShare(recipe_) > 0; }
+
+  // The most steps in which an episode's reference stands.
+  int most_steps() const {
+    return std::max(recipe_.steps(), recipe_.get_up_steps());
   }
 
   // How an episode begins. `fallen_states`, how many there are, is >= 1 unless
-  // fallen_share is 0. Pure in its arguments; purpose and step are set here.
+  // FallenShare of the recipe is 0. Pure in its arguments; purpose and step are
+  // set here.
   BodyStart Draw(RandomKey key, int fallen_states) const;
 
   // Reward of a step; distances in m; `tracking` is the weighted sum of
@@ -74,8 +81,9 @@ inline double GoalDistance(const BodyState& body, const BodyState& reference) {
 }
 
 // Since when a body stands and tracks, over the frames of an evaluation: its
-// mean body distance is below a bound, and its head (its root where the head
-// is not tracked) is at least kHeadShare as high as the reference's.
+// mean body distance is below a bound, the reference is upright
+// (get_up_frames.h), and its head (its root where the head is not tracked) is
+// at least kHeadShare as high as the reference's.
 //
 // Thread-safety: one caller. Ownership: none. Blocking: never. Errors: none;
 // a distance that is NaN does not track.
@@ -98,6 +106,7 @@ class RecoveryWatch {
  private:
   int head_ = 0;  // index into the tracked bodies
   double max_mean_distance_;
+  double upright_height_;  // of the reference's root, m
   int frame_ = 0;
   int since_ = -1;
 };

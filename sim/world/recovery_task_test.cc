@@ -11,6 +11,9 @@
 #include "common/config/recipe.h"
 #include "common/testing/allocation_count.h"
 #include "sim/motion/rotation.h"
+#include "sim/world/body_state.h"
+#include "sim/world/get_up_frames.h"
+#include "sim/world/nearest_frame.h"
 #include "sim/world/testing/task_rig.h"
 
 namespace sinew::world {
@@ -130,6 +133,65 @@ TEST(RecoveryTask, FallenStartsLieBelowTheReferencesRootAtRest) {
       1e-5);
 }
 
+v1::Recipe GetUpRecipe() {
+  v1::Recipe recipe = RecoveryRecipe();
+  v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
+  recovery->set_get_up_share(0.25);
+  recovery->set_get_up_steps(4);
+  return recipe;
+}
+
+TEST(RecoveryTask, GetUpsHaveAFallenBodyOnTheNearestOfTheirFrames) {
+  TaskRig rig(GetUpRecipe(), testing::ToyClips::kWithGetUp);
+  ASSERT_EQ(rig.task->num_get_up_frames(), 7);
+  rig.Begin(
+      0, 5,
+      {.kind = v1::START_KIND_GET_UP, .fallen_state = 1, .recovery_steps = 4});
+
+  EXPECT_EQ(rig.episode.start_kind, v1::START_KIND_GET_UP);
+  EXPECT_EQ(rig.episode.clip, 1);
+  EXPECT_LT(rig.episode.start_frame, 7);
+  const motion::FrameView frame =
+      rig.toy.library->frame(1, rig.episode.start_frame);
+  const absl::Span<const double> fallen = rig.fallen->qpos(1);
+  EXPECT_DOUBLE_EQ(rig.data->qpos[0], frame.root_position[0]);
+  EXPECT_DOUBLE_EQ(rig.data->qpos[1], frame.root_position[1]);
+  EXPECT_EQ(rig.data->qpos[2], fallen[2]);
+  EXPECT_TRUE(
+      Heading(motion::FromWxyz(rig.data->qpos + 3))
+          .isApprox(Heading(motion::FromWxyz(frame.root_rotation)), 1e-5));
+  for (int i = 7; i < 11; ++i) EXPECT_EQ(rig.data->qpos[i], fallen[i]);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(rig.data->qvel[i], 0);
+  for (int j = 0; j < 4; ++j) {
+    EXPECT_EQ(rig.previous[j],
+              rig.data->qpos[rig.toy.character->joints()[j].qpos_address]);
+  }
+  const BodyReader reader(*rig.toy.character);
+  const NearestFrames nearest(
+      GetUpFrames({}, *rig.toy.character, *rig.toy.library), *rig.toy.library,
+      reader);
+  std::vector<float> scratch(nearest.width());
+  const auto found = nearest.Find(rig.work->body, absl::MakeSpan(scratch));
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(rig.episode.start_frame, found->frame);
+  // From the frame after it, which stands, and then goes on.
+  const int first = rig.episode.start_frame;
+  EXPECT_NEAR(
+      rig.episode.goal_distance,
+      (rig.work->body.position[0] -
+       Eigen::Vector3d(rig.toy.library->frame(1, first + 1).root_position[0],
+                       rig.toy.library->frame(1, first + 1).root_position[1],
+                       rig.toy.library->frame(1, first + 1).root_position[2]))
+          .norm(),
+      1e-5);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_FALSE(rig.Step().terminated) << i;
+    EXPECT_EQ(CurrentFrame(rig.episode), first);
+  }
+  rig.Step();
+  EXPECT_EQ(CurrentFrame(rig.episode), first + 1);
+}
+
 TEST(RecoveryTask, RewardIsTheGainInDistanceWhereTheReferenceIsNotNear) {
   TaskRig rig(RecoveryRecipe());
   rig.Begin(1, 3, Far(2, 5));
@@ -210,9 +272,12 @@ TEST(RecoveryTask, ContinuesFromItsStateAlone) {
 }
 
 TEST(RecoveryTask, StepsAndStartsDoNotAllocate) {
-  TaskRig rig(RecoveryRecipe());
+  TaskRig rig(RecoveryRecipe(), testing::ToyClips::kWithGetUp);
   const BodyStart starts[] = {
-      Far(10, 2), {.kind = v1::START_KIND_FALLEN, .recovery_steps = 2}, {}};
+      Far(10, 2),
+      {.kind = v1::START_KIND_FALLEN, .recovery_steps = 2},
+      {.kind = v1::START_KIND_GET_UP, .recovery_steps = 2},
+      {}};
   const int64_t before = sinew::testing::AllocationCount();
 
   for (const BodyStart& start : starts) {

@@ -13,11 +13,13 @@
 namespace sinew::world {
 namespace {
 
-v1::Recovery MakeRecovery(double fallen_share, double far_share) {
+v1::Recovery MakeRecovery(double fallen_share, double far_share,
+                          double get_up_share = 0) {
   v1::Recipe recipe;
   v1::Recovery* recovery = recipe.mutable_task()->mutable_recovery();
   recovery->set_fallen_share(fallen_share);
   recovery->set_far_share(far_share);
+  recovery->set_get_up_share(get_up_share);
   return WithDefaults(recipe).task().recovery();
 }
 
@@ -35,25 +37,41 @@ TEST(RecoveryLaw, IsOffUnlessAShareIsPositive) {
   EXPECT_FALSE(RecoveryLaw(v1::Recovery()).on());
   EXPECT_TRUE(RecoveryLaw(MakeRecovery(0.1, 0)).on());
   EXPECT_TRUE(RecoveryLaw(MakeRecovery(0, 0.1)).on());
+  EXPECT_TRUE(RecoveryLaw(MakeRecovery(0, 0, 0.1)).on());
 }
 
 TEST(RecoveryLaw, MixesStartsByTheirShares) {
-  int fallen = 0, far = 0;
-  std::vector<int> states(16);
-  for (const BodyStart& start : Draw(MakeRecovery(0.3, 0.2))) {
-    if (start.kind == v1::START_KIND_FALLEN) {
-      ++fallen;
-      ++states.at(start.fallen_state);
+  int fallen = 0, far = 0, get_up = 0;
+  std::vector<int> states(16), of_get_ups(16);
+  for (const BodyStart& start : Draw(MakeRecovery(0.3, 0.2, 0.1))) {
+    int steps = 0;
+    switch (start.kind) {
+      case v1::START_KIND_FALLEN:
+        ++fallen;
+        ++states.at(start.fallen_state);
+        steps = 90;
+        break;
+      case v1::START_KIND_FAR:
+        ++far;
+        steps = 90;
+        break;
+      case v1::START_KIND_GET_UP:
+        ++get_up;
+        ++of_get_ups.at(start.fallen_state);
+        steps = 20;
+        break;
+      default:
+        break;
     }
-    if (start.kind == v1::START_KIND_FAR) ++far;
-    EXPECT_EQ(start.recovery_steps,
-              start.kind == v1::START_KIND_REFERENCE ? 0 : 90);
+    EXPECT_EQ(start.recovery_steps, steps);
   }
 
-  // Four standard deviations of a share of 4000 are 0.029 and 0.025.
+  // Four standard deviations of a share of 4000 are 0.029, 0.025 and 0.019.
   EXPECT_NEAR(fallen / 4000.0, 0.3, 0.029);
   EXPECT_NEAR(far / 4000.0, 0.2, 0.025);
-  EXPECT_THAT(states, ::testing::Each(::testing::Gt(30)));  // 75 each
+  EXPECT_NEAR(get_up / 4000.0, 0.1, 0.019);
+  EXPECT_THAT(states, ::testing::Each(::testing::Gt(30)));     // 75 each
+  EXPECT_THAT(of_get_ups, ::testing::Each(::testing::Gt(5)));  // 25 each
 }
 
 TEST(RecoveryLaw, SpreadsFarStartsEvenlyOverADisc) {
@@ -124,10 +142,10 @@ TEST(RecoveryLaw, LeavesAReferenceThatIsNear) {
 class RecoveryWatchTest : public ::testing::Test {
  protected:
   // The toy's head is its root.
-  void Add(double distance, double height) {
+  void Add(double distance, double height, double reference_height = 1) {
     BodyState body(5, 4), reference(5, 4);
     body.position[0].z() = height;
-    reference.position[0].z() = 1;
+    reference.position[0].z() = reference_height;
     watch_.Add(distance, body, reference);
   }
 
@@ -145,6 +163,15 @@ TEST_F(RecoveryWatchTest, NamesTheFirstFrameOfTheStretchThatLasts) {
   Add(0.1, 1.2);
 
   EXPECT_EQ(watch_.recovered_at(), 4);
+}
+
+TEST_F(RecoveryWatchTest, DoesNotCountWhileTheReferenceLies) {
+  Add(0.1, 0.3, 0.3);  // below 0.8 of 0.44
+  EXPECT_EQ(watch_.recovered_at(), -1);
+  Add(0.1, 0.36, 0.36);
+  Add(0.1, 0.44, 0.44);
+
+  EXPECT_EQ(watch_.recovered_at(), 2);
 }
 
 TEST_F(RecoveryWatchTest, CountsADistanceThatIsNoNumberAsLost) {

@@ -6,6 +6,7 @@
 
 #include "common/status_macros.h"
 #include "sim/world/foot_contact.h"
+#include "sim/world/get_up_frames.h"
 #include "sim/world/reward.h"
 #include "sim/world/task_check.h"
 #include "sim/world/termination.h"
@@ -73,6 +74,10 @@ TrackingTask::TrackingTask(const v1::Recipe& recipe,
       actuation_(std::move(actuation)),
       recovery_(recipe.task().recovery()),
       randomisation_(std::move(randomisation)),
+      get_ups_(fallen == nullptr
+                   ? std::vector<StartFrame>()
+                   : GetUpFrames(recipe.task().start(), character, library),
+               library, reader_),
       fresh_row_(FreshRow(character.model())) {}
 
 std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
@@ -90,6 +95,7 @@ std::unique_ptr<TrackingTask::Workspace> TrackingTask::MakeWorkspace() const {
   work->no_contact.resize(work->self_contact.size());
   work->noise.resize(2 * reader_.num_joints());
   work->joint_position.resize(reader_.num_joints());
+  work->posture.resize(get_ups_.width());
   if (randomisation_.on()) {
     work->sensed = work->body;
     work->variant = std::make_unique<ModelVariant>(*character_);

@@ -127,6 +127,9 @@ class TrackingTask {
   int num_fallen_states() const {
     return fallen_ == nullptr ? 0 : fallen_->size();
   }
+  // Frames of the library's get-ups (get_up_frames.h) that fallen bodies are
+  // put onto; 0 without fallen states.
+  int num_get_up_frames() const { return static_cast<int>(get_ups_.size()); }
   // Column names of the observation, for reports and golden tests.
   std::vector<std::string> ObservationNames() const;
 
@@ -139,13 +142,17 @@ class TrackingTask {
              const Conditions* conditions = nullptr) const;
 
   // How the body begins an episode: on the reference unless the recipe has
-  // recovery. Precondition: there are fallen states if it draws them.
+  // recovery. Precondition: there are fallen states and get-ups if it draws
+  // them.
   BodyStart DrawStart(const RandomKey& key) const;
 
   // Reset, then what `start` says; sets the episode's recovery fields. A fallen
   // body lies below the reference's root, its previous target where its joints
   // are; a far one has the reference's pose and velocities, turned, elsewhere.
-  // Precondition: start.fallen_state < num_fallen_states() if it is fallen.
+  // A get-up has a fallen body, moved over the floor and turned by yaw onto the
+  // nearest frame of a get-up, which becomes the episode's clip and start.
+  // Precondition: start.fallen_state < num_fallen_states() if it is fallen or a
+  // get-up, and num_get_up_frames() > 0 for a get-up.
   void Begin(const BodyStart& start, const RandomKey* noise, mjData* data,
              Episode* episode, absl::Span<double> previous_target,
              Workspace* work, const Conditions* conditions = nullptr) const;
@@ -157,8 +164,7 @@ class TrackingTask {
   // would be farther off it than termination allows, on the mean or at a
   // terminating body; the data may have moved then, and nothing but Begin may
   // follow. Leaves work->body and work->reference. `frames` are of this task's
-  // library and character; of the episode, only the number is set. Allocates
-  // the first time for a workspace.
+  // library and character; of the episode, only the number is set.
   bool CarryOn(const NearestFrames& frames, mjData* data, Episode* episode,
                Workspace* work) const;
 
@@ -226,6 +232,12 @@ class TrackingTask {
                const motion::Library& library, const FallenStates* fallen,
                ObservationBuilder observation, Actuation actuation,
                Randomisation randomisation);
+  // Moves the body in work->body over the floor and by yaw onto a frame, which
+  // becomes the episode's clip and start; leaves work->body and
+  // work->reference.
+  void MoveOnto(const StartFrame& frame, mjData* data, Episode* episode,
+                Workspace* work) const;
+  void BeginGetUp(mjData* data, Episode* episode, Workspace* work) const;
   void Place(const BodyStart& start, const Conditions* conditions, mjData* data,
              absl::Span<double> previous_target) const;
   // Whether the reference's root is too far from the body's to be seen.
@@ -252,6 +264,7 @@ class TrackingTask {
   Actuation actuation_;
   RecoveryLaw recovery_;
   Randomisation randomisation_;
+  NearestFrames get_ups_;
   std::vector<double> fresh_row_;  // physics row of a new mjData
 };
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/check.h"
 #include "sim/motion/rotation.h"
 #include "sim/world/termination.h"
 #include "sim/world/tracking_task.h"
@@ -95,6 +96,7 @@ void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
     Place(start, conditions, data, previous_target);
     Refresh(data, work);
   }
+  if (start.kind == v1::START_KIND_GET_UP) BeginGetUp(data, episode, work);
   if (!recovery_.on()) return;
   // What stands is the frame that the next step is compared with.
   work->frame->Load(episode->clip, int64_t{episode->start_frame} +
@@ -103,12 +105,20 @@ void TrackingTask::Begin(const BodyStart& start, const RandomKey* noise,
   episode->goal_distance = GoalDistance(work->body, work->reference);
 }
 
+void TrackingTask::BeginGetUp(mjData* data, Episode* episode,
+                              Workspace* work) const {
+  const std::optional<StartFrame> nearest =
+      get_ups_.Find(work->body, absl::MakeSpan(work->posture));
+  SINEW_CHECK(nearest.has_value()) << "a get-up without a body or a frame";
+  MoveOnto(*nearest, data, episode, work);
+}
+
 void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
                          mjData* data,
                          absl::Span<double> previous_target) const {
   const double* root = data->qpos + character_->root_qpos_address();
   const double x = root[0] + start.offset_x, y = root[1] + start.offset_y;
-  if (start.kind == v1::START_KIND_FALLEN) {
+  if (start.kind != v1::START_KIND_FAR) {
     const absl::Span<const double> qpos = fallen_->qpos(start.fallen_state);
     std::copy(qpos.begin(), qpos.end(), data->qpos);
     std::fill_n(data->qvel, character_->model()->nv, 0.0);
@@ -120,14 +130,9 @@ void TrackingTask::Place(const BodyStart& start, const Conditions* conditions,
             data);
 }
 
-bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
-                           Episode* episode, Workspace* work) const {
-  Refresh(data, work);
-  work->posture.resize(frames.width());
-  const std::optional<StartFrame> nearest =
-      frames.Find(work->body, absl::MakeSpan(work->posture));
-  if (!nearest.has_value()) return false;
-  work->frame->Load(nearest->clip, nearest->frame);
+void TrackingTask::MoveOnto(const StartFrame& frame, mjData* data,
+                            Episode* episode, Workspace* work) const {
+  work->frame->Load(frame.clip, frame.frame);
   reader_.Read(work->frame->view(), &work->reference);
   const Eigen::Vector3d& root = work->reference.position[0];
   PlaceRoot(*character_, root.x(), root.y(),
@@ -137,14 +142,25 @@ bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
   // Of accelerations in the world that it has no more.
   std::fill_n(data->qacc_warmstart, character_->model()->nv, 0.0);
   Refresh(data, work);
+  episode->clip = frame.clip;
+  episode->start_frame = frame.frame;
+}
+
+bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
+                           Episode* episode, Workspace* work) const {
+  Refresh(data, work);
+  const std::optional<StartFrame> nearest =
+      frames.Find(work->body, absl::MakeSpan(work->posture));
+  if (!nearest.has_value()) return false;
+  const Episode before = *episode;
+  MoveOnto(*nearest, data, episode, work);
   const BodyDistances distances =
       MeasureDistances(work->body, work->reference, character_->terminating());
   const double most = recipe_.task().termination().max_body_distance();
   if (!(distances.max_terminating <= most && distances.mean <= most)) {
+    *episode = before;
     return false;
   }
-  episode->clip = nearest->clip;
-  episode->start_frame = nearest->frame;
   episode->start_kind = v1::START_KIND_CARRIED;
   if (recovery_.on()) {
     episode->goal_distance = GoalDistance(work->body, work->reference);

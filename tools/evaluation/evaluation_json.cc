@@ -131,16 +131,28 @@ void AddRecovered(const FallenFigures& figures, Json* to) {
   (*to)["recovered_5_s"] = figures.recovered_5_s;
 }
 
+// The policy's shares, and those of the zero action below them.
+void AddBoth(const FallenFigures& policy, const FallenFigures& zero_action,
+             Json* to) {
+  AddRecovered(policy, to);
+  Json zero = Json::object();
+  AddRecovered(zero_action, &zero);
+  (*to)["zero_action"] = std::move(zero);
+}
+
 Json FallenObject(const FallenEvaluation& fallen) {
   Json object = {{"starts", fallen.starts},
                  {"seed", fallen.seed},
                  {"clips", fallen.clips},
                  {"seconds", fallen.seconds},
                  {"reference_stands_seconds", fallen.reference_stands_seconds}};
-  AddRecovered(fallen.policy, &object);
-  Json zero = Json::object();
-  AddRecovered(fallen.zero_action, &zero);
-  object["zero_action"] = std::move(zero);
+  AddBoth(fallen.policy, fallen.zero_action, &object);
+  if (fallen.get_up) {
+    const FallenEvaluation::GetUp& get_up = *fallen.get_up;
+    Json part = {{"reference_stands_seconds", get_up.reference_stands_seconds}};
+    AddBoth(get_up.policy, get_up.zero_action, &part);
+    object["get_up"] = std::move(part);
+  }
   return object;
 }
 
@@ -176,8 +188,12 @@ Json Definitions(const Subject& subject) {
       {"fallen",
        "starts on the floor, of a seed that no recipe trains on: recovered are "
        "the shares that within so many seconds are nearer than fall_distance_m "
-       "with the head at 0.8 of the reference's height or above, and stay so "
-       "to the end"}};
+       "with the head at 0.8 of the reference's height or above, while the "
+       "reference's root is at 0.8 of the standing height or above, and stay "
+       "so "
+       "to the end; get_up: the same with the library's nearest get-up for a "
+       "reference, which takes its time, instead of a clip that is up "
+       "already"}};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tools/evaluation/fallen_figures.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,23 @@ absl::StatusOr<FallenFigures> Measure(
       const std::vector<v1::EvaluationResult> results,
       RunStarts(subject.assets, policy, starts, threads, stop));
   return FiguresOf(results, subject.assets->recipe().physics().control_hz());
+}
+
+absl::StatusOr<std::optional<FallenEvaluation::GetUp>> MeasureGetUps(
+    const Subject& subject, int threads, const StopToken& stop) {
+  const world::TrackingTask& task = subject.assets->task();
+  if (task.num_get_up_frames() == 0) return std::nullopt;
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
+                         actor::GetUpStarts(task, kLateSeconds));
+  FallenEvaluation::GetUp get_up;
+  get_up.reference_stands_seconds =
+      starts.front().recovery_steps() / task.recipe().physics().control_hz();
+  SINEW_ASSIGN_OR_RETURN(
+      get_up.policy, Measure(subject, *subject.policy, starts, threads, stop));
+  SINEW_ASSIGN_OR_RETURN(
+      get_up.zero_action,
+      Measure(subject, *subject.zero_action, starts, threads, stop));
+  return get_up;
 }
 
 }  // namespace
@@ -92,6 +110,8 @@ absl::StatusOr<FallenEvaluation> EvaluateFallen(const Subject& subject,
   SINEW_ASSIGN_OR_RETURN(
       evaluation.zero_action,
       Measure(subject, *subject.zero_action, starts, threads, stop));
+  SINEW_ASSIGN_OR_RETURN(evaluation.get_up,
+                         MeasureGetUps(subject, threads, stop));
   return evaluation;
 }
 

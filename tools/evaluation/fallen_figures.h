@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,14 @@ struct FallenEvaluation {
   double reference_stands_seconds = 0;
   FallenFigures policy;
   FallenFigures zero_action;
+  // With a get-up for a reference (actor::GetUpStarts); none where the library
+  // has no get-up.
+  struct GetUp {
+    double reference_stands_seconds = 0;
+    FallenFigures policy;
+    FallenFigures zero_action;
+  };
+  std::optional<GetUp> get_up = std::nullopt;
 };
 
 // Of starts that all name a fallen state.
@@ -65,10 +74,11 @@ absl::StatusOr<std::unique_ptr<const world::FallenStates>> MakeFallenStates(
     const std::string& character, int starts);
 
 // One start from each of the subject's fallen states (actor::FallenStarts), of
-// the policy and of the zero action. Same inputs, same bits, however many
-// threads. Blocking and errors: those of RunStarts; FAILED_PRECONDITION: the
-// subject has no fallen states; NOT_FOUND: no clip of its library is fit for
-// it.
+// the policy and of the zero action, and, where the library has get-ups, one on
+// such a reference. Same inputs, same bits, however many threads. Blocking and
+// errors: those of RunStarts; FAILED_PRECONDITION: the subject has no fallen
+// states; NOT_FOUND: no clip of its library is fit to stand up beside, whether
+// it has get-ups or not.
 absl::StatusOr<FallenEvaluation> EvaluateFallen(const Subject& subject,
                                                 int threads,
                                                 const StopToken& stop);

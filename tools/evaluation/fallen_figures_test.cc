@@ -72,8 +72,11 @@ absl::StatusOr<Subject> ZeroAction(int states, double distance,
 // A bundle of a random policy, and the library it was made for, on disk.
 class FallenBundle : public ::testing::Test {
  protected:
-  void Write(const v1::Recipe& recipe = world::testing::ToyRecipe()) {
-    const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+  void Write(
+      const v1::Recipe& recipe = world::testing::ToyRecipe(),
+      world::testing::ToyClips clips = world::testing::ToyClips::kStanding) {
+    const world::testing::ToyWorld toy =
+        world::testing::MakeToyWorld(recipe, clips);
     bundle_ = JoinPath(toy.folder, "bundle");
     motions_ = toy.library_folder;
     out_ = JoinPath(toy.folder, "eval.json");
@@ -108,6 +111,7 @@ TEST_F(FallenBundle, IsMeasuredWithoutRecoveryInItsRecipe) {
   EXPECT_EQ(fallen["zero_action"]["recovered_5_s"],
             figures->fallen->zero_action.recovered_5_s);
   EXPECT_LE(fallen["recovered_3_s"], fallen["recovered_5_s"]);
+  EXPECT_FALSE(fallen.contains("get_up"));  // the library has none
 }
 
 TEST_F(FallenBundle, IsMeasuredForAsLongAsItsRecipeSaysOnBodiesThatAreNotIts) {
@@ -119,6 +123,22 @@ TEST_F(FallenBundle, IsMeasuredForAsLongAsItsRecipeSaysOnBodiesThatAreNotIts) {
   EXPECT_EQ(fallen["starts"], 3);
   EXPECT_EQ(fallen["seed"], world::FallenStates::kEvaluationSeed);
   EXPECT_EQ(fallen["reference_stands_seconds"], 2);
+}
+
+TEST_F(FallenBundle, IsMeasuredOnGetUpsTooWhereThereAreAny) {
+  Write(world::testing::ToyRecipe(), world::testing::ToyClips::kWithGetUp);
+
+  const auto figures = Evaluate(4);
+
+  ASSERT_THAT(figures, IsOk());
+  ASSERT_TRUE(figures->fallen && figures->fallen->get_up);
+  const FallenEvaluation::GetUp& get_up = *figures->fallen->get_up;
+  const Json json = Json::parse(*ReadFile(out_))["fallen"]["get_up"];
+  EXPECT_NEAR(json["reference_stands_seconds"], 2.0 / 3, 1e-9);
+  EXPECT_EQ(json["recovered_3_s"], get_up.policy.recovered_3_s);
+  EXPECT_EQ(json["recovered_5_s"], get_up.policy.recovered_5_s);
+  EXPECT_EQ(json["zero_action"]["recovered_5_s"],
+            get_up.zero_action.recovered_5_s);
 }
 
 TEST_F(FallenBundle, IsNotMeasuredUnlessAskedFor) {
@@ -154,7 +174,8 @@ TEST_F(FallenBundle, IsRecordedBesideAReferenceThatStandsAtFirst) {
   const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
   ASSERT_THAT(loaded, IsOk());
 
-  const auto recording = RecordFallen(loaded->subject, 2, StopToken());
+  const auto recording =
+      RecordFallen(loaded->subject, 2, /*get_up=*/false, StopToken());
 
   ASSERT_THAT(recording, IsOk());
   const int nq = recording->nq;
@@ -191,16 +212,39 @@ TEST_F(FallenBundle, IsRecordedBesideAReferenceThatStandsAtFirst) {
   EXPECT_EQ(recording->survived, results->front().success());
 }
 
+TEST_F(FallenBundle, IsRecordedBesideAGetUpIfAskedFor) {
+  Write(world::testing::ToyRecipe(), world::testing::ToyClips::kWithGetUp);
+  const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
+  ASSERT_THAT(loaded, IsOk());
+
+  const auto recording =
+      RecordFallen(loaded->subject, 1, /*get_up=*/true, StopToken());
+
+  ASSERT_THAT(recording, IsOk());
+  ASSERT_EQ(recording->frames(), 166);
+  ASSERT_EQ(recording->reference.size(), recording->simulated.size());
+  const auto height = [&](int frame) {
+    return recording->reference[frame * recording->nq + 2];
+  };
+  EXPECT_LT(height(0), 0.8 * 0.44);
+  EXPECT_EQ(height(20), height(1));
+  EXPECT_GT(height(22), height(20));
+  EXPECT_GT(height(60), 0.43);  // up, where it stays
+  EXPECT_EQ(height(165), height(60));
+}
+
 TEST_F(FallenBundle, HasNoRecordingOfAStateThatIsNone) {
   Write();
   const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
   ASSERT_THAT(loaded, IsOk());
 
   for (const int state : {-1, 3}) {
-    EXPECT_THAT(RecordFallen(loaded->subject, state, StopToken()).status(),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr(absl::StrCat(
-                             "fallen state: expected 0 to 2, found ", state))));
+    EXPECT_THAT(
+        RecordFallen(loaded->subject, state, /*get_up=*/false, StopToken())
+            .status(),
+        StatusIs(absl::StatusCode::kInvalidArgument,
+                 HasSubstr(absl::StrCat("fallen state: expected 0 to 2, found ",
+                                        state))));
   }
 }
 

@@ -24,8 +24,10 @@ Recording EmptyRecording(const Subject& subject) {
 }
 
 // Runs one start, adding its poses to `recording`.
-absl::Status Run(const Subject& subject, const v1::EvaluationStart& start,
-                 const StopToken& stop, Recording* recording) {
+absl::StatusOr<v1::EvaluationResult> Run(const Subject& subject,
+                                         const v1::EvaluationStart& start,
+                                         const StopToken& stop,
+                                         Recording* recording) {
   std::vector<double>& poses = recording->simulated;
   SINEW_ASSIGN_OR_RETURN(
       const std::vector<v1::EvaluationResult> results,
@@ -35,7 +37,7 @@ absl::Status Run(const Subject& subject, const v1::EvaluationStart& start,
                                data.qpos + recording->nq);
                 }));
   recording->survived = results.front().success();
-  return absl::OkStatus();
+  return results.front();
 }
 
 // The pose in which a fallen body begins a start, [nq].
@@ -92,7 +94,7 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
   v1::EvaluationStart start;
   start.set_clip(clip);
   start.set_steps(frames - 1);
-  SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording));
+  SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording).status());
   recording.reference =
       ReferencePoses(subject.character(), subject.library(), clip,
                      /*first=*/0, recording.frames());
@@ -100,10 +102,11 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
 }
 
 absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
-                                       const StopToken& stop) {
+                                       bool get_up, const StopToken& stop) {
   const world::TrackingTask& task = subject.assets->task();
   SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
-                         actor::FallenStarts(task, kLateSeconds));
+                         get_up ? actor::GetUpStarts(task, kLateSeconds)
+                                : actor::FallenStarts(task, kLateSeconds));
   if (state < 0 || state >= static_cast<int>(starts.size())) {
     return absl::InvalidArgumentError(absl::StrCat(
         "fallen state: expected 0 to ", starts.size() - 1, ", found ", state));
@@ -111,11 +114,12 @@ absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
   const v1::EvaluationStart& start = starts[state];
   Recording recording = EmptyRecording(subject);
   recording.simulated = FallenPose(task, start);
-  SINEW_RETURN_IF_ERROR(Run(subject, start, stop, &recording));
+  SINEW_ASSIGN_OR_RETURN(const v1::EvaluationResult result,
+                         Run(subject, start, stop, &recording));
   // What stands is the frame that the first step is compared with.
   const std::vector<double> clip =
-      ReferencePoses(subject.character(), subject.library(), start.clip(),
-                     /*first=*/0, recording.frames() + 1);
+      ReferencePoses(subject.character(), subject.library(), result.clip(),
+                     result.start_frame(), recording.frames() + 1);
   for (int frame = 0; frame < recording.frames(); ++frame) {
     const int shown =
         frame == 0 ? 0 : std::max(1, frame - start.recovery_steps());

@@ -43,11 +43,12 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
                                      double seconds, const StopToken& stop);
 
 // Runs the policy from the fallen state of that index, as EvaluateFallen
-// (fallen_figures.h) does: beside a reference that stands at first. Computes;
-// errors: those of RunStarts and EvaluateFallen, INVALID_ARGUMENT for an index
-// that is none.
+// (fallen_figures.h) does: beside a reference that stands at first, or, where
+// `get_up` says so, with a get-up for a reference. Computes; errors: those of
+// RunStarts and of the starts (actor/fallen_evaluation.h), INVALID_ARGUMENT for
+// an index that is none.
 absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
-                                       const StopToken& stop);
+                                       bool get_up, const StopToken& stop);
 
 }  // namespace sinew::evaluation
 

@@ -41,13 +41,21 @@ void Print(const char* who, const SetSummary& set) {
       set.means.e_vel, set.means.e_acc);
 }
 
-void PrintFallen(const evaluation::FallenEvaluation& fallen) {
+void PrintRecovered(const char* name, int starts,
+                    const evaluation::FallenFigures& policy,
+                    const evaluation::FallenFigures& zero_action) {
   absl::PrintF(
       "%-12s %d starts, stand and track again within 3 s: %.1f %%, within 5 s: "
       "%.1f %% (zero action: %.1f %%, %.1f %%)\n",
-      "fallen", fallen.starts, 100 * fallen.policy.recovered_3_s,
-      100 * fallen.policy.recovered_5_s, 100 * fallen.zero_action.recovered_3_s,
-      100 * fallen.zero_action.recovered_5_s);
+      name, starts, 100 * policy.recovered_3_s, 100 * policy.recovered_5_s,
+      100 * zero_action.recovered_3_s, 100 * zero_action.recovered_5_s);
+}
+
+void PrintFallen(const evaluation::FallenEvaluation& fallen) {
+  PrintRecovered("fallen", fallen.starts, fallen.policy, fallen.zero_action);
+  if (!fallen.get_up) return;
+  PrintRecovered("by get-up", fallen.starts, fallen.get_up->policy,
+                 fallen.get_up->zero_action);
 }
 
 void PrintImported(const SetSummary& overall, int rejected) {

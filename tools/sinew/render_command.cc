@@ -31,6 +31,7 @@ struct RenderOptions {
   std::string motions;
   std::string clip;           // empty: the first
   std::optional<int> fallen;  // which state, instead of a clip
+  bool get_up = false;
   double seconds = 10;
   std::string out;  // folder, .png or .mp4
 };
@@ -110,10 +111,12 @@ absl::Status FilmClip(const RenderOptions& options, const StopToken& stop,
   return absl::OkStatus();
 }
 
-absl::Status FilmFallen(int state, const StopToken& stop, Film* film) {
-  film->name = absl::StrCat("fallen_", state);
-  SINEW_ASSIGN_OR_RETURN(film->recording,
-                         evaluation::RecordFallen(film->subject, state, stop));
+absl::Status FilmFallen(int state, bool get_up, const StopToken& stop,
+                        Film* film) {
+  film->name = absl::StrCat(get_up ? "get_up_" : "fallen_", state);
+  SINEW_ASSIGN_OR_RETURN(
+      film->recording,
+      evaluation::RecordFallen(film->subject, state, get_up, stop));
   if (!film->recording.survived) {
     absl::FPrintF(stderr, "sinew: %s: the policy does not stand at the end\n",
                   film->name);
@@ -129,7 +132,8 @@ absl::Status RunRender(const RenderOptions& options, const StopToken& stop) {
                                     options.fallen ? *options.fallen + 1 : 0));
   film.subject = std::move(loaded.subject);
   if (options.fallen.has_value()) {
-    SINEW_RETURN_IF_ERROR(FilmFallen(*options.fallen, stop, &film));
+    SINEW_RETURN_IF_ERROR(
+        FilmFallen(*options.fallen, options.get_up, stop, &film));
   } else {
     SINEW_RETURN_IF_ERROR(FilmClip(options, stop, &film));
   }
@@ -157,6 +161,11 @@ void AddRenderCommand(CLI::App& app, Action& action) {
                    "`sinew eval --fallen`, from 0")
       ->check(CLI::Range(0, evaluation::kMostFallenStarts - 1))
       ->excludes("--clip", "--seconds");
+  command
+      ->add_flag("--get-up", options->get_up,
+                 "with --fallen-state: the reference is the library's nearest "
+                 "get-up")
+      ->needs("--fallen-state");
   command->add_option("--out", options->out, "folder, .png or .mp4 file")
       ->required();
 }

@@ -22,12 +22,16 @@ void Parse(const std::string& arguments) {
 TEST(RenderCommand, TakesAClipOrAFallenState) {
   EXPECT_NO_THROW(Parse("--clip walk --seconds 3"));
   EXPECT_NO_THROW(Parse("--fallen-state 0"));
-  EXPECT_NO_THROW(Parse("--fallen-state 1023"));
+  EXPECT_NO_THROW(Parse("--fallen-state 1023 --get-up"));
 }
 
 TEST(RenderCommand, RefusesBoth) {
   EXPECT_THROW(Parse("--fallen-state 0 --clip walk"), CLI::ExcludesError);
   EXPECT_THROW(Parse("--fallen-state 0 --seconds 3"), CLI::ExcludesError);
+}
+
+TEST(RenderCommand, RefusesAGetUpOfNobody) {
+  EXPECT_THROW(Parse("--get-up"), CLI::RequiresError);
 }
 
 TEST(RenderCommand, RefusesStatesThatNobodyMakes) {

@@ -11,6 +11,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/logging.h"
 #include "common/replace_directory.h"
@@ -216,15 +217,20 @@ absl::StatusOr<bool> ProcedureRun::RunStage() {
                          Evaluate(index, options.recipe));
   SINEW_ASSIGN_OR_RETURN(finished.failed, FailedClips(figures.policy));
   if (figures.fallen) {
-    const evaluation::FallenEvaluation& fallen = *figures.fallen;
-    record_.stages[index].recovered = {
-        .starts = fallen.starts,
-        .within_3_s = fallen.policy.recovered_3_s,
-        .within_5_s = fallen.policy.recovered_5_s};
+    // As it was trained: on get-ups alone, or beside clips that stand.
+    const bool on_get_ups =
+        options.recipe.task().recovery().fallen_share() == 0 &&
+        figures.fallen->get_up.has_value();
+    const evaluation::FallenFigures& fallen =
+        on_get_ups ? figures.fallen->get_up->policy : figures.fallen->policy;
+    record_.stages[index].recovered = {.starts = figures.fallen->starts,
+                                       .within_3_s = fallen.recovered_3_s,
+                                       .within_5_s = fallen.recovered_5_s};
     LogInfo("fallen starts", {{"stage", record_.stages[index].directory},
-                              {"starts", fallen.starts},
-                              {"within_3_s", fallen.policy.recovered_3_s},
-                              {"within_5_s", fallen.policy.recovered_5_s}});
+                              {"starts", figures.fallen->starts},
+                              {"on_get_ups", on_get_ups},
+                              {"within_3_s", fallen.recovered_3_s},
+                              {"within_5_s", fallen.recovered_5_s}});
   }
   LogInfo("stage has ended", {{"stage", record_.stages[index].directory},
                               {"samples", finished.samples},
@@ -246,7 +252,7 @@ absl::StatusOr<evaluation::EvaluationFigures> ProcedureRun::Evaluate(
     return steps_.evaluate(StagePath(stage, "bundle"), options_.motions,
                            StagePath(stage, kEvaluation), options);
   };
-  if (recipe.task().recovery().fallen_share() > 0) {
+  if (FallenShare(recipe.task().recovery()) > 0) {
     options.fallen = kProcedureFallenStarts;
     auto figures = evaluate();
     if (!absl::IsNotFound(figures.status())) return figures;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "actor/rollout_assets.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
@@ -37,7 +38,7 @@ absl::Status AddFallenStates(const v1::Recipe& recipe,
                              const character::Character& character,
                              const KeptFallenStates& kept, Assets* assets) {
   const v1::Recovery& recovery = recipe.task().recovery();
-  if (!(recovery.fallen_share() > 0)) return absl::OkStatus();
+  if (!(FallenShare(recovery) > 0)) return absl::OkStatus();
   const Blob before = kept ? kept(*assets) : nullptr;
   if (AreFallenStates(before, character, recovery.fallen_states())) {
     (*assets)["fallen"] = *before;
@@ -109,6 +110,13 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
       actor::RolloutAssets::Create(assets["character"], assets["model"],
                                    assets["library"], frames, assets["recipe"],
                                    Optional(assets, "fallen")));
+  if (recipe.task().recovery().get_up_share() > 0 &&
+      rollout->task().num_get_up_frames() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        motions,
+        ": expected a clip that begins on the floor and ends upright, since "
+        "recipe field task.recovery.get_up_share is not 0, found none"));
+  }
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();

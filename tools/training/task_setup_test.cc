@@ -18,8 +18,10 @@ namespace sinew::tools {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::HasSubstr;
 using ::testing::Key;
 using ::testing::Not;
 
@@ -77,6 +79,20 @@ TEST_F(TaskSetups, HaveFallenStatesWhereTheRecipeStartsFromThem) {
                                });
   ASSERT_THAT(plain, IsOk());
   EXPECT_THAT(plain->assets, Not(Contains(Key("fallen"))));
+}
+
+TEST_F(TaskSetups, NeedAGetUpWhereTheRecipeStartsFromThem) {
+  v1::Recipe recipe = toy_.recipe;
+  recipe.mutable_task()->mutable_recovery()->set_get_up_share(0.5);
+
+  const auto setup = SetUpTask(WithDefaults(recipe),
+                               JoinPath(toy_.folder, "character.textproto"),
+                               toy_.library_folder, nullptr);
+
+  EXPECT_THAT(setup.status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(toy_.library_folder),
+                             HasSubstr("task.recovery.get_up_share"))));
 }
 
 TEST_F(TaskSetups, TakeTheFallenStatesThatAreKept) {

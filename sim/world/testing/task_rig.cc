@@ -6,8 +6,8 @@ std::unique_ptr<const FallenStates> MakeFallenStates(const ToyWorld& toy) {
   return FallenStates::MakeFor(*toy.character, toy.recipe).value();
 }
 
-TaskRig::TaskRig(const v1::Recipe& recipe)
-    : toy(MakeToyWorld(recipe)), fallen(MakeFallenStates(toy)) {
+TaskRig::TaskRig(const v1::Recipe& recipe, ToyClips clips)
+    : toy(MakeToyWorld(recipe, clips)), fallen(MakeFallenStates(toy)) {
   task = TrackingTask::Create(toy.recipe, *toy.character, *toy.library,
                               fallen.get())
              .value();

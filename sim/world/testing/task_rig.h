@@ -19,7 +19,8 @@ std::unique_ptr<const FallenStates> MakeFallenStates(const ToyWorld& toy);
 // A task of the toy world with what a rollout thread has, and fallen states if
 // the recipe asks for them. Members abort with a message on any error.
 struct TaskRig {
-  explicit TaskRig(const v1::Recipe& recipe = ToyRecipe());
+  explicit TaskRig(const v1::Recipe& recipe = ToyRecipe(),
+                   ToyClips clips = ToyClips::kStanding);
 
   // At frame `frame` of a clip, as `start` says.
   void Begin(int clip, int frame, const BodyStart& start = {});

@@ -84,7 +84,9 @@ struct Motion {
 // by s (sin a / a, (1 - cos a) / a).
 constexpr double kArcLength = 0.4, kArcTurn = 0.5;
 
-std::vector<Motion> Motions() {
+std::vector<Motion> Motions(ToyClips clips) {
+  const Wave standing = {.offset = 0.435};
+  const Wave rising = {.offset = 0.3, .speed = 0.23};
   const double period = 24 / kRate;
   const double radius = kArcLength / kArcTurn;
   return {{.name = "turn",
@@ -102,7 +104,7 @@ std::vector<Motion> Motions() {
            .frames = 20,
            .loops = false,
            .x = {.offset = 1},
-           .height = {.offset = 0.435},
+           .height = clips == ToyClips::kWithGetUp ? rising : standing,
            .yaw = {.offset = 2},
            .roll = {},
            .leg_amplitude = 0.05},
@@ -155,10 +157,11 @@ void SetPose(const Motion& motion, const character::Character& character,
 }
 
 std::unique_ptr<const motion::Library> MakeLibrary(
-    const character::Character& character, const std::string& folder) {
+    const character::Character& character, ToyClips clips,
+    const std::string& folder) {
   LibraryMaker maker(character);
   const character::DataPtr data(mj_makeData(character.model()));
-  for (const Motion& motion : Motions()) {
+  for (const Motion& motion : Motions(clips)) {
     v1::ClipInfo clip;
     clip.set_name(motion.name);
     clip.set_loops(motion.loops);
@@ -178,7 +181,7 @@ std::unique_ptr<const motion::Library> MakeLibrary(
 
 v1::Recipe ToyRecipe() { return WithDefaults(v1::Recipe()); }
 
-ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
+ToyWorld MakeToyWorld(const v1::Recipe& recipe, ToyClips clips) {
   const std::string folder = NewFolder();
   const std::string text = JoinPath(folder, "character.textproto");
   SINEW_CHECK(WriteFileAtomically(JoinPath(folder, "toy.xml"), kModel).ok());
@@ -190,7 +193,7 @@ ToyWorld MakeToyWorld(const v1::Recipe& recipe) {
   SINEW_CHECK(character.ok()) << character.status().ToString();
   world.character = *std::move(character);
   world.library_folder = JoinPath(folder, "library");
-  world.library = MakeLibrary(*world.character, world.library_folder);
+  world.library = MakeLibrary(*world.character, clips, world.library_folder);
   return world;
 }
 

@@ -22,6 +22,9 @@ namespace sinew::world::testing {
 //   1 "sway"   20 frames, does not loop: standing, legs swing a little
 //   2 "tumble" 16 frames, does not loop: airborne, rolling over (no physics
 //              could follow it)
+//
+// With a get-up, the trunk of "sway" rises from 0.3 m to 0.45 m, its first 7
+// frames lower than upright (get_up_frames.h).
 struct ToyWorld {
   // Holds character.textproto, its MJCF, and library/.
   std::string folder;
@@ -34,9 +37,12 @@ struct ToyWorld {
 // A recipe with all defaults.
 v1::Recipe ToyRecipe();
 
+enum class ToyClips { kStanding, kWithGetUp };
+
 // Files go into a new folder below the test's temporary folder. Aborts with a
 // message on any error.
-ToyWorld MakeToyWorld(const v1::Recipe& recipe = ToyRecipe());
+ToyWorld MakeToyWorld(const v1::Recipe& recipe = ToyRecipe(),
+                      ToyClips clips = ToyClips::kStanding);
 
 // Leaves these clips of its library out of training; in memory, the folder
 // stays as it is. Aborts with a message on any error.

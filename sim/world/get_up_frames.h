@@ -1,0 +1,32 @@
+#ifndef SINEW_SIM_WORLD_GET_UP_FRAMES_H_
+#define SINEW_SIM_WORLD_GET_UP_FRAMES_H_
+
+#include <vector>
+
+#include "proto/sinew/v1/recipe.pb.h"
+#include "sim/character/character.h"
+#include "sim/motion/library.h"
+#include "sim/world/start.h"
+
+namespace sinew::world {
+
+// Share of the standing root height below which a body lies, kneels or
+// crouches, and at or above which it is upright.
+inline constexpr double kUprightShare = 0.8;
+
+// Height of the root, m, at or above which a character is upright.
+double UprightRootHeight(const character::Character& character);
+
+// The frames of a library that lead from the floor to standing: those of its
+// get-ups in which the character is not upright, in the order of clip and
+// frame. A get-up is a clip that IsDrawn (start.h) by `recipe`, does not loop,
+// begins lower than upright and ends upright.
+//
+// Pure function; reads every frame of the get-ups once. Errors: none.
+std::vector<StartFrame> GetUpFrames(const v1::Start& recipe,
+                                    const character::Character& character,
+                                    const motion::Library& library);
+
+}  // namespace sinew::world
+
+#endif  // SINEW_SIM_WORLD_GET_UP_FRAMES_H_

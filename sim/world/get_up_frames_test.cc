@@ -1,0 +1,60 @@
+#include "sim/world/get_up_frames.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "proto/sinew/v1/recipe.pb.h"
+#include "sim/motion/library.h"
+#include "sim/world/testing/toy_world.h"
+
+namespace sinew::world {
+namespace {
+
+using testing::MakeToyWorld;
+using testing::ToyClips;
+using testing::ToyRecipe;
+
+TEST(GetUpFrames, AreThoseBelowUprightOfClipsThatEndUpright) {
+  const testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
+  ASSERT_DOUBLE_EQ(UprightRootHeight(*toy.character), 0.8 * 0.44);
+
+  const std::vector<StartFrame> frames =
+      GetUpFrames({}, *toy.character, *toy.library);
+
+  ASSERT_EQ(frames.size(), 7);
+  for (int i = 0; i < 7; ++i) {
+    EXPECT_EQ(frames[i].clip, 1);
+    EXPECT_EQ(frames[i].frame, i);
+  }
+}
+
+TEST(GetUpFrames, AreOfClipsThatStartsAreDrawnFrom) {
+  const testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
+  v1::Start recipe;
+  recipe.add_only_clips("turn");
+  EXPECT_THAT(GetUpFrames(recipe, *toy.character, *toy.library),
+              ::testing::IsEmpty());
+
+  recipe.add_only_clips("sway");
+  EXPECT_EQ(GetUpFrames(recipe, *toy.character, *toy.library).size(), 7);
+}
+
+TEST(GetUpFrames, AreNotOfClipsThatAreLeftOut) {
+  testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
+  testing::LeaveOut({1}, toy);
+
+  EXPECT_THAT(GetUpFrames({}, *toy.character, *toy.library),
+              ::testing::IsEmpty());
+}
+
+TEST(GetUpFrames, AreNoneWhereAllClipsBeginUpright) {
+  const testing::ToyWorld toy = MakeToyWorld();
+
+  EXPECT_THAT(GetUpFrames({}, *toy.character, *toy.library),
+              ::testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace sinew::world
