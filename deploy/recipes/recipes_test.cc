@@ -40,10 +40,11 @@ TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RecipesTest,
-                         ::testing::Values("distil_experts", "latent_rl",
-                                           "phc_plus", "phc_plus_g1", "pulse",
-                                           "pulse_g1", "pulse_no_bottleneck",
-                                           "track_clip", "track_library"),
+                         ::testing::Values("distil_experts", "get_up",
+                                           "latent_rl", "phc_plus",
+                                           "phc_plus_g1", "pulse", "pulse_g1",
+                                           "pulse_no_bottleneck", "track_clip",
+                                           "track_library"),
                          [](const auto& info) { return info.param; });
 
 // A student's recipe and the one that its teacher was trained with.
