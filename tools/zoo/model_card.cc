@@ -87,7 +87,7 @@ std::string TrainingChapter(const CardFacts& facts) {
 
 std::string FallenText(const Json& fallen) {
   if (!fallen.is_object()) return "";
-  return absl::StrFormat(
+  std::string text = absl::StrFormat(
       "\nOf %d fallen starts, %.1f %% stand and track again within 3 s, %.1f "
       "%% within 5 s (zero action: %.1f %%, %.1f %%).\n",
       static_cast<int64_t>(NumberAt(fallen, {"starts"})),
@@ -95,6 +95,16 @@ std::string FallenText(const Json& fallen) {
       100 * NumberAt(fallen, {"recovered_5_s"}),
       100 * NumberAt(fallen, {"zero_action", "recovered_3_s"}),
       100 * NumberAt(fallen, {"zero_action", "recovered_5_s"}));
+  if (!fallen.contains("get_up")) return text;
+  absl::StrAppendFormat(
+      &text,
+      "With the nearest get-up of the library for a reference: %.1f %%, %.1f "
+      "%% (zero action: %.1f %%, %.1f %%).\n",
+      100 * NumberAt(fallen, {"get_up", "recovered_3_s"}),
+      100 * NumberAt(fallen, {"get_up", "recovered_5_s"}),
+      100 * NumberAt(fallen, {"get_up", "zero_action", "recovered_3_s"}),
+      100 * NumberAt(fallen, {"get_up", "zero_action", "recovered_5_s"}));
+  return text;
 }
 
 // Clips that the library leaves out and the bundle says were trained on all the

@@ -265,6 +265,25 @@ TEST_F(ModelCardTest, ShowsFallenFiguresWithoutThoseOfTheZeroAction) {
   EXPECT_THAT(*card, HasSubstr("(zero action: 0.0 %, 0.0 %)"));
 }
 
+TEST_F(ModelCardTest, ShowsFiguresOfGetUpsWhereThereAreAny) {
+  Evaluate();
+  options_.fallen = options_.eval;
+  std::string text = *ReadFile(options_.eval);
+  text.insert(text.find('{') + 1,
+              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0, "
+              "\"recovered_5_s\": 0, \"zero_action\": {}, \"get_up\": "
+              "{\"recovered_3_s\": 0.25, \"recovered_5_s\": 0.75, "
+              "\"zero_action\": {\"recovered_5_s\": 0.125}}},");
+  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, HasSubstr("With the nearest get-up of the library for a "
+                               "reference: 25.0 %, 75.0 % (zero action: 0.0 %, "
+                               "12.5 %)."));
+}
+
 TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
   Evaluate();
   options_.fallen = options_.eval;
