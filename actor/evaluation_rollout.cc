@@ -4,6 +4,7 @@
 #include "actor/worker_state.h"
 #include "common/status_macros.h"
 #include "sim/metrics/tracking_errors.h"
+#include "sim/motion/library.h"
 #include "sim/world/recovery.h"
 
 namespace sinew::actor {
@@ -135,6 +136,14 @@ class EvaluationRollout {
                         state_.work.get());
   }
 
+  // Whether a start on a get-up has come to its last frame.
+  bool HasGotUp(int start) const {
+    const world::Episode& episode = state_.environments[start].episode;
+    return order_.starts(start).get_up() &&
+           world::CurrentFrame(episode) >=
+               motion::LastFrame(task_.library().clip(episode.clip));
+  }
+
   // Adds the frame that was reached; false if the start has ended there.
   bool Measure(int start, const world::StepResult& result, int frame) {
     if (result.diverged) {
@@ -150,7 +159,7 @@ class EvaluationRollout {
       failed_at_[start] = frame;
       return false;
     }
-    return frame < order_.starts(start).steps();
+    return frame < order_.starts(start).steps() && !HasGotUp(start);
   }
 
   void Finish() {

@@ -137,6 +137,20 @@ TEST(GetUpEvaluation, StartsFromEveryStateOnTheNearestGetUp) {
   }
 }
 
+TEST(GetUpEvaluation, EndsWithTheGetUp) {
+  RolloutRig rig(RecoveryRecipe(), world::testing::ToyClips::kWithGetUp);
+  v1::Order order = rig.EvaluationOrder({});
+  *order.add_starts() = GetUpStart();
+  order.mutable_starts(0)->set_steps(100);
+  order.mutable_starts(0)->set_recovery_steps(20);
+
+  const v1::Segment segment = rig.Run(order);
+
+  ASSERT_EQ(segment.results_size(), 1);
+  const v1::EvaluationResult& result = segment.results(0);
+  EXPECT_EQ(result.frames(), 20 + 19 - result.start_frame());
+}
+
 TEST(GetUpEvaluation, NeedsAGetUp) {
   RolloutRig rig(RecoveryRecipe());
   EXPECT_THAT(GetUpStarts(rig.assets->task(), 0.5).status(),

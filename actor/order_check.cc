@@ -11,7 +11,7 @@
 namespace sinew::actor {
 namespace {
 
-// Most steps of an evaluation on a get-up, which has no end of its own.
+// Most steps of an evaluation on a get-up, whichever it will be.
 constexpr int32_t kMostGetUpSteps = 1 << 16;
 
 template <typename Expected, typename Found>

@@ -190,10 +190,8 @@ Json Definitions(const Subject& subject) {
        "the shares that within so many seconds are nearer than fall_distance_m "
        "with the head at 0.8 of the reference's height or above, while the "
        "reference's root is at 0.8 of the standing height or above, and stay "
-       "so "
-       "to the end; get_up: the same with the library's nearest get-up for a "
-       "reference, which takes its time, instead of a clip that is up "
-       "already"}};
+       "so to the end; get_up: the same with the library's nearest get-up for "
+       "a reference, to its end, instead of a clip that is up already"}};
 }
 
 }  // namespace

@@ -221,7 +221,9 @@ TEST_F(FallenBundle, IsRecordedBesideAGetUpIfAskedFor) {
       RecordFallen(loaded->subject, 1, /*get_up=*/true, StopToken());
 
   ASSERT_THAT(recording, IsOk());
-  ASSERT_EQ(recording->frames(), 166);
+  // The start, 20 steps in which it stands, and 13 to 19 frames of the clip.
+  ASSERT_GE(recording->frames(), 34);
+  ASSERT_LE(recording->frames(), 40);
   ASSERT_EQ(recording->reference.size(), recording->simulated.size());
   const auto height = [&](int frame) {
     return recording->reference[frame * recording->nq + 2];
@@ -229,8 +231,7 @@ TEST_F(FallenBundle, IsRecordedBesideAGetUpIfAskedFor) {
   EXPECT_LT(height(0), 0.8 * 0.44);
   EXPECT_EQ(height(20), height(1));
   EXPECT_GT(height(22), height(20));
-  EXPECT_GT(height(60), 0.43);  // up, where it stays
-  EXPECT_EQ(height(165), height(60));
+  EXPECT_GT(height(recording->frames() - 1), 0.44);  // up, at its end
 }
 
 TEST_F(FallenBundle, HasNoRecordingOfAStateThatIsNone) {
