@@ -12,10 +12,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "actor/rollout.h"
+#include "actor/testing/order_allocations.h"
 #include "actor/testing/rollout_rig.h"
 #include "actor/testing/student_rollout.h"
 #include "common/segment/episode_actor.h"
-#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "sim/world/tracking_task.h"
 
@@ -318,17 +318,9 @@ TEST_P(EpisodeActorAllocation, LongerOrdersAllocateNoMoreThanShortOnes) {
   RolloutRig rig(StudentRecipe(
       "", absl::StrCat(GetParam(), ": 1 teacher_action { scale: 0.1 }")));
   rig.UseLatentPolicy(/*keep_as_teacher=*/true);
-  v1::Order order = rig.StandingOrder(1, 4);
-  const auto count = [&](int horizon) {
-    order.set_horizon(horizon);
-    rig.Run(order);
-    const int64_t before = sinew::testing::AllocationCount();
-    const v1::Segment segment = rig.Run(order);
-    EXPECT_EQ(segment.episodes_size(), 0);
-    return sinew::testing::AllocationCount() - before;
-  };
 
-  EXPECT_EQ(count(4), count(10));
+  EXPECT_EQ(testing::OrderAllocations(rig, 4),
+            testing::OrderAllocations(rig, 10));
 }
 
 INSTANTIATE_TEST_SUITE_P(Shares, EpisodeActorAllocation,

@@ -12,6 +12,7 @@
 #include "absl/types/span.h"
 #include "actor/prepared_snapshot.h"
 #include "actor/rollout.h"
+#include "actor/testing/order_allocations.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
@@ -19,7 +20,6 @@
 #include "common/policy/safetensors.h"
 #include "common/random/philox.h"
 #include "common/segment/segment_layout.h"
-#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 
 namespace sinew::actor {
@@ -217,17 +217,9 @@ TEST(LatentRollout, TrainingNeedsAPolicyWithThatLatent) {
 
 TEST(LatentRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   LatentRig rig;
-  v1::Order order = rig.StandingOrder(1, 4);
-  const auto count = [&](int horizon) {
-    order.set_horizon(horizon);
-    rig.Run(order);
-    const int64_t before = sinew::testing::AllocationCount();
-    const v1::Segment segment = rig.Run(order);
-    EXPECT_EQ(segment.episodes_size(), 0);
-    return sinew::testing::AllocationCount() - before;
-  };
 
-  EXPECT_EQ(count(4), count(6));
+  EXPECT_EQ(testing::OrderAllocations(rig, 4),
+            testing::OrderAllocations(rig, 6));
 }
 
 }  // namespace

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "actor/rollout.h"
+#include "actor/testing/order_allocations.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/digest.h"
 #include "common/segment/segment_layout.h"
-#include "common/testing/allocation_count.h"
 #include "common/testing/matchers.h"
 #include "sim/world/actuation.h"
 
@@ -217,17 +217,9 @@ TEST(TrainRollout, ADivergedSimulationIsQuarantined) {
 
 TEST(TrainRollout, LongerOrdersAllocateNoMoreThanShortOnes) {
   RolloutRig rig;
-  v1::Order order = rig.StandingOrder(1, 4);
-  const auto count = [&](int horizon) {
-    order.set_horizon(horizon);
-    rig.Run(order);
-    const int64_t before = sinew::testing::AllocationCount();
-    const v1::Segment segment = rig.Run(order);
-    EXPECT_EQ(segment.episodes_size(), 0);
-    return sinew::testing::AllocationCount() - before;
-  };
 
-  EXPECT_EQ(count(4), count(12));
+  EXPECT_EQ(testing::OrderAllocations(rig, 4),
+            testing::OrderAllocations(rig, 12));
 }
 
 TEST(RolloutWorker, StopsWhenCancelled) {
