@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
 #include "common/status_macros.h"
 #include "sim/motion/library.h"
 #include "sim/world/get_up_frames.h"
@@ -14,8 +15,6 @@ namespace {
 
 // Seconds in which the reference stands where the recipe does not say.
 constexpr double kStandingSeconds = 3;
-// Steps of the same for a get-up.
-constexpr int32_t kGetUpSteps = 20;
 
 absl::Status CheckStates(const world::TrackingTask& task) {
   if (task.num_fallen_states() > 0) return absl::OkStatus();

@@ -49,6 +49,9 @@ inline constexpr int kMostPrimitives = 16;
 // not 0.
 double RecoveryShare(const v1::Recovery& recovery);
 
+// Recovery.get_up_steps where nothing is said.
+inline constexpr int kGetUpSteps = 20;
+
 // Share of episodes that begin in a state of the asset "fallen".
 double FallenShare(const v1::Recovery& recovery);
 

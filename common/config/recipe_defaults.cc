@@ -59,7 +59,9 @@ void FillRecovery(v1::Recovery& recovery) {
   SINEW_DEFAULT(recovery, near_distance, 0.25);
   SINEW_DEFAULT(recovery, near_factor, 0.5);
   SINEW_DEFAULT(recovery, fallen_states, 256);
-  if (recovery.get_up_share() > 0) SINEW_DEFAULT(recovery, get_up_steps, 20);
+  if (recovery.get_up_share() > 0) {
+    SINEW_DEFAULT(recovery, get_up_steps, kGetUpSteps);
+  }
 }
 
 void FillVariants(v1::Task& task) {

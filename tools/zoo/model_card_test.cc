@@ -57,6 +57,12 @@ class ModelCardTest : public ::testing::Test {
                     .status(),
                 IsOk());
   }
+  // Puts a field, with the comma after it, before those that are there.
+  void AddToEvaluation(const std::string& field) {
+    std::string text = *ReadFile(options_.eval);
+    text.insert(text.find('{') + 1, field);
+    EXPECT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+  }
   absl::StatusOr<std::string> Card() const {
     const auto facts = ReadCardFacts(options_, clock_);
     if (!facts.ok()) return facts.status();
@@ -253,11 +259,9 @@ TEST_F(ModelCardTest, RefusesAnEvaluationOfAnotherBundleOrLibrary) {
 TEST_F(ModelCardTest, ShowsFallenFiguresWithoutThoseOfTheZeroAction) {
   Evaluate();
   options_.fallen = options_.eval;
-  std::string text = *ReadFile(options_.eval);
-  text.insert(text.find('{') + 1,
-              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
-              "\"recovered_5_s\": 0.75, \"zero_action\": {}},");
-  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+  AddToEvaluation(
+      "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
+      "\"recovered_5_s\": 0.75, \"zero_action\": {}},");
 
   const auto card = Card();
 
@@ -268,13 +272,11 @@ TEST_F(ModelCardTest, ShowsFallenFiguresWithoutThoseOfTheZeroAction) {
 TEST_F(ModelCardTest, ShowsFiguresOfGetUpsWhereThereAreAny) {
   Evaluate();
   options_.fallen = options_.eval;
-  std::string text = *ReadFile(options_.eval);
-  text.insert(text.find('{') + 1,
-              "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0, "
-              "\"recovered_5_s\": 0, \"zero_action\": {}, \"get_up\": "
-              "{\"recovered_3_s\": 0.25, \"recovered_5_s\": 0.75, "
-              "\"zero_action\": {\"recovered_5_s\": 0.125}}},");
-  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
+  AddToEvaluation(
+      "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0, "
+      "\"recovered_5_s\": 0, \"zero_action\": {}, \"get_up\": "
+      "{\"recovered_3_s\": 0.25, \"recovered_5_s\": 0.75, "
+      "\"zero_action\": {\"recovered_5_s\": 0.125}}},");
 
   const auto card = Card();
 
@@ -291,13 +293,10 @@ TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
   EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
                                HasSubstr("fallen: expected an object")));
 
-  std::string text = *ReadFile(options_.eval);
-  text.insert(
-      text.find('{') + 1,
+  AddToEvaluation(
       "\"fallen\": {\"starts\": 8, \"recovered_3_s\": 0.25, "
       "\"recovered_5_s\": 0.75, \"zero_action\": {\"recovered_3_s\": 0.125, "
       "\"recovered_5_s\": 0.5}},");
-  ASSERT_THAT(WriteFileAtomically(options_.eval, text), IsOk());
   const auto card = Card();
   ASSERT_THAT(card, IsOk());
   EXPECT_THAT(*card, HasSubstr("Of 8 fallen starts, 25.0 % stand and track "
