@@ -1,5 +1,6 @@
 #include "sim/import/importer.h"
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <utility>
@@ -77,6 +78,45 @@ absl::Status CheckCredits(const ImportOptions& options,
   return absl::OkStatus();
 }
 
+// Whether a clip of these files (of which one may be empty) is mirrored.
+bool IsMirrored(const ImportOptions& options, const std::string& file,
+                const std::string& next) {
+  if (!options.edits.mirror || options.mirror_within.empty()) {
+    return options.edits.mirror;
+  }
+  return std::any_of(options.mirror_within.begin(), options.mirror_within.end(),
+                     [&](const std::string& path) {
+                       return LiesWithin(file, path) || LiesWithin(next, path);
+                     });
+}
+
+// A path that mirrors nothing is one with an error in it.
+absl::Status CheckMirrors(const ImportOptions& options,
+                          const std::vector<std::string>& files) {
+  if (!options.edits.mirror && !options.mirror_within.empty()) {
+    return absl::InvalidArgumentError(
+        "mirror within: expected no paths, since clips are not mirrored, found "
+        "some");
+  }
+  for (const std::string& path : options.mirror_within) {
+    const auto within = [&](const std::string& file) {
+      return LiesWithin(file, path);
+    };
+    if (std::any_of(files.begin(), files.end(), within) ||
+        std::any_of(options.blends.begin(), options.blends.end(),
+                    [&](const BlendedFiles& blend) {
+                      return within(blend.first) || within(blend.second);
+                    })) {
+      continue;
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat("mirror within: expected the path of a file of this "
+                     "import or of a folder above one, found \"",
+                     path, "\""));
+  }
+  return absl::OkStatus();
+}
+
 std::string Dump(const Json& json) {
   return json.dump(1, ' ', /*ensure_ascii=*/false,
                    Json::error_handler_t::replace);
@@ -148,7 +188,6 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
                                 int threads) {
   const ImportOptions& options = context.options;
   const std::vector<ImportJob> jobs = MakeJobs(options, files, threads);
-  const int count = static_cast<int>(jobs.size());
   std::vector<NamedFile> named;
   for (const ImportJob& job : jobs) {
     named.push_back(
@@ -160,13 +199,25 @@ std::vector<ClipReport> RunJobs(const ImportContext& context,
   for (const auto& name : names) {
     if (name.ok()) taken.insert(*name);
   }
-  const int copies = options.edits.mirror ? 2 : 1;
-  std::vector<ClipReport> reports(copies * jobs.size());
-  Telling telling(options, copies * count);
-  ForEachIndex(copies * count, threads, options.stop, [&](int i) {
-    ImportJob job = jobs[i / copies];
-    job.mirrored = i % copies == 1;
-    absl::StatusOr<std::string> name = names[i / copies];
+  struct Copy {
+    size_t job;
+    bool mirrored;
+  };
+  std::vector<Copy> copies;
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    copies.push_back({i, false});
+    const std::string next = jobs[i].next ? jobs[i].next->path : "";
+    if (IsMirrored(options, jobs[i].file.path, next)) {
+      copies.push_back({i, true});
+    }
+  }
+  const auto count = static_cast<int>(copies.size());
+  std::vector<ClipReport> reports(copies.size());
+  Telling telling(options, count);
+  ForEachIndex(count, threads, options.stop, [&](int i) {
+    ImportJob job = jobs[copies[i].job];
+    job.mirrored = copies[i].mirrored;
+    absl::StatusOr<std::string> name = names[copies[i].job];
     if (job.mirrored && name.ok() &&
         taken.contains(absl::StrCat(*name, kMirrorSuffix))) {
       name = absl::AlreadyExistsError(
@@ -291,6 +342,7 @@ absl::Status ImportFiles(const character::Character& character,
   const ImportModel model = MakeImportModel(character);
   SINEW_RETURN_IF_ERROR(Check(options, model, character.name()));
   SINEW_RETURN_IF_ERROR(CheckCredits(options, files));
+  SINEW_RETURN_IF_ERROR(CheckMirrors(options, files));
   SINEW_RETURN_IF_ERROR(MakeDirectories(directory));
   SINEW_ASSIGN_OR_RETURN(const auto lock, DirectoryLock::Acquire(directory));
   SINEW_RETURN_IF_ERROR(CheckNotNewer(directory));

@@ -51,6 +51,9 @@ struct ImportOptions {
   // What to do with every clip once it is on the character. `mirror` adds the
   // mirror image of each as a clip of its own, NAME_mirror.
   EditOptions edits = {};
+  // With edits.mirror: of the clips of files within these paths alone
+  // (credit.h), each of which must have a file of the import; empty: of all.
+  std::vector<std::string> mirror_within = {};
   // Clips that are made of two files each; those files are clips of their own
   // only if they are among the files as well.
   std::vector<BlendedFiles> blends = {};
@@ -77,7 +80,7 @@ struct ImportOptions {
 //   LIB/import.json                             what the library was made of
 //
 // A bad file never stops the others: `reports` gets one entry per file, then
-// one per blend (two with edits.mirror), in order, also when the call fails.
+// one per blend (two where it is mirrored), in order, also when the call fails.
 // Names and what becomes of a second file of a name: clip_name.h. Results do
 // not depend on the number of threads. Files that an earlier import with the
 // same options has seen are not read again but for their digest; if nothing at
@@ -86,12 +89,13 @@ struct ImportOptions {
 // Thread-safety: one import per folder at a time (DirectoryLock). Ownership:
 // borrows everything for the call. Memory: one clip per thread, then the
 // library's frames. Blocking: on the disk, and seconds of a core per clip.
-// Errors: INVALID_ARGUMENT if options are out of range, a credit is of none of
-// the files, the character has no feet, or no file could be imported (the
-// report is written, the library stays what it was); CANCELLED (what was
-// finished is kept for the next time); FAILED_PRECONDITION if another import
-// holds the folder, or a newer version wrote the library in it; DATA_LOSS if a
-// cached clip was altered (the next import makes it anew); those of the disk.
+// Errors: INVALID_ARGUMENT if options are out of range, a credit or a
+// path of mirror_within is of none of the files, the character has no feet, or
+// no file could be imported (the report is written, the library stays what it
+// was); CANCELLED (what was finished is kept for the next time);
+// FAILED_PRECONDITION if another import holds the folder, or a newer version
+// wrote the library in it; DATA_LOSS if a cached clip was altered (the next
+// import makes it anew); those of the disk.
 absl::Status ImportFiles(const character::Character& character,
                          const std::vector<std::string>& files,
                          const ImportOptions& options,

@@ -121,6 +121,39 @@ TEST_F(ImporterTest, LeavesOutRecordingsWithTheirMirrorImages) {
                          "found 1.5")));
 }
 
+TEST_F(ImporterTest, MirrorsOnlyWhatLiesWithinThePathsThatItIsGiven) {
+  const std::string left = WriteTestFile("left.txt", testing::MarchJson());
+  const std::string right =
+      WriteTestFile("right.txt", testing::MarchJson() + " ");
+  options_.edits.mirror = true;
+  options_.mirror_within = {right};
+
+  const auto library = Import({left, right}, "some");
+
+  ASSERT_EQ(library->num_clips(), 3);
+  EXPECT_EQ(library->clip(0).name(), "left");
+  EXPECT_EQ(library->clip(1).name(), "right");
+  EXPECT_EQ(library->clip(2).name(), "right_mirror");
+  EXPECT_EQ(library->clip(2).mirror_of(), "right");
+
+  options_.mirror_within = {TestPath("")};
+  EXPECT_EQ(Import({left, right}, "some")->num_clips(), 4);
+
+  const auto refusal = [&] {
+    return ImportFiles(*character_, {left, right}, options_,
+                       TestPath("refused"), &reports_);
+  };
+  options_.mirror_within = {left, TestPath("centre.txt")};
+  EXPECT_THAT(refusal(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr("mirror within: expected the path "
+                                            "of a file of this import")));
+  options_.mirror_within = {left};
+  options_.edits.mirror = false;
+  EXPECT_THAT(refusal(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                  HasSubstr("mirror within: expected no "
+                                            "paths")));
+}
+
 TEST_F(ImporterTest, RejectsWhatNoBodyCouldDoNamingFigureAndLimit) {
   ASSERT_NE(JumpingJson(), testing::MarchJson());
   Import({WriteTestFile("march.txt", testing::MarchJson()),

@@ -205,9 +205,16 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
       ->allow_extra_args(false);
   AddReading(command, flags);
   const char* group = "What to do with every clip";
+  CLI::Option* mirror = command
+                            ->add_flag("--mirror", flags->mirror,
+                                       "add its mirror image, as NAME_mirror")
+                            ->group(group);
   command
-      ->add_flag("--mirror", flags->mirror,
-                 "add its mirror image, as NAME_mirror")
+      ->add_option("--mirror-within", flags->mirror_within,
+                   "PATH: add the mirror image of one file, or of all below a "
+                   "folder, alone; may be given several times")
+      ->allow_extra_args(false)
+      ->excludes(mirror)
       ->group(group);
   command
       ->add_flag("--align", flags->align,
@@ -242,7 +249,8 @@ absl::StatusOr<import::ImportOptions> ImportOptionsOf(
   if (!flags.quaternion_order.empty()) {
     read.quaternion_order = flags.quaternion_order;
   }
-  options.edits.mirror = flags.mirror;
+  options.edits.mirror = flags.mirror || !flags.mirror_within.empty();
+  options.mirror_within = flags.mirror_within;
   options.edits.align_heading = flags.align;
   if (!flags.map.empty()) {
     SINEW_ASSIGN_OR_RETURN(options.map, import::LoadSkeletonMap(flags.map));

@@ -34,6 +34,7 @@ struct ImportFlags {
   double fps = 0;   // 0: not given
   std::string quaternion_order;
   bool mirror = false, align = false;
+  std::vector<std::string> mirror_within;
   double left_out_share = 0;
   int threads = 0;
   int pictures = std::numeric_limits<int>::max();
