@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -127,6 +128,55 @@ TEST(DistillationRollout, APolicyWithALatentExploresWithoutLogProbability) {
   for (int j = 0; j < kJoints; ++j) {
     EXPECT_NE(rows.action[j], rows.action[kJoints + j]);
   }
+}
+
+TEST(DistillationRollout, ActionsHaveTheNoiseThatTheRecipeAsksFor) {
+  RolloutRig plain(StudentRecipe());
+  RolloutRig noisy(StudentRecipe("", "action_noise: 0.3"));
+  plain.UseZeroAction();
+  noisy.UseZeroAction();
+  const Rows zero(plain.Run(plain.TrainOrder(4, 50)));
+
+  const Rows rows(noisy.RunWholeAndInHalves(4, 50));
+
+  EXPECT_THAT(zero.mean, Each(0));
+  EXPECT_THAT(rows.mean, Each(0));
+  double squares = 0;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_LT(std::abs(zero.action[i]), 0.05);  // its own noise is of 0.01
+    squares += rows.action[i] * rows.action[i];
+    EXPECT_NEAR(rows.target[i], rows.Made(rows.base, i, 0.2), 1e-12);
+  }
+  // Of 800 numbers.
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(rows.size())), 0.3, 0.03);
+  for (int j = 0; j < kJoints; ++j) {
+    EXPECT_NE(rows.action[j], rows.action[kJoints + j]);
+  }
+}
+
+TEST(DistillationRollout, NoiseIsOfTheStudentsOwnEpisodesAlone) {
+  for (const std::string share : {"teacher_share: 1", "prior_share: 1"}) {
+    RolloutRig plain(StudentRecipe(kAbsolute, share));
+    RolloutRig noisy(StudentRecipe(kAbsolute, share + " action_noise: 0.3"));
+    plain.UseLatentPolicy(/*keep_as_teacher=*/true);
+    noisy.UseLatentPolicy(/*keep_as_teacher=*/true);
+
+    EXPECT_EQ(Rows(plain.Run(plain.TrainOrder(2, 10))).target,
+              Rows(noisy.Run(noisy.TrainOrder(2, 10))).target)
+        << share;
+  }
+}
+
+TEST(DistillationRollout, EvaluatesWithoutNoiseOnActions) {
+  RolloutRig plain(StudentRecipe());
+  RolloutRig noisy(StudentRecipe("", "action_noise: 0.3"));
+
+  const v1::Segment expected = plain.Run(plain.EvaluationOrder({{0, 3, 20}}));
+  const v1::Segment found = noisy.Run(noisy.EvaluationOrder({{0, 3, 20}}));
+
+  EXPECT_GT(expected.results(0).sum_g_mpjpe_mm(), 0);
+  EXPECT_EQ(found.results(0).sum_g_mpjpe_mm(),
+            expected.results(0).sum_g_mpjpe_mm());
 }
 
 // Of two posteriors with one mean, whatever they are unsure about.

@@ -5,6 +5,7 @@
 #include "common/status_macros.h"
 #include "sim/metrics/tracking_errors.h"
 #include "sim/motion/library.h"
+#include "sim/world/get_up_frames.h"
 #include "sim/world/recovery.h"
 
 namespace sinew::actor {
@@ -21,6 +22,7 @@ class EvaluationRollout {
         state_(state),
         task_(state.task),
         max_distance_(task_.recipe().evaluation().max_mean_body_distance()),
+        upright_height_(world::UprightRootHeight(task_.character())),
         segment_(segment) {}
 
   absl::Status Run(const std::atomic<bool>* cancel) {
@@ -65,6 +67,8 @@ class EvaluationRollout {
                   absl::MakeSpan(environment.previous_target),
                   state_.work.get(), ConditionsOf(environment));
     });
+    begun_.push_back(environment.episode);
+    carried_.emplace_back();
     errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
                          task_.recipe().physics().control_hz());
     failed_at_.push_back(-1);
@@ -115,7 +119,8 @@ class EvaluationRollout {
       }
     });
     if (!ok) result = world::DivergedStep();
-    *alive = Measure(start, result, frame);
+    *alive = Measure(start, result, frame) &&
+             (!ClipIsOver(start) || CarryOn(start, frame));
     return absl::OkStatus();
   }
 
@@ -136,12 +141,41 @@ class EvaluationRollout {
                         state_.work.get());
   }
 
-  // Whether a start on a get-up has come to its last frame.
-  bool HasGotUp(int start) const {
+  // Whether a start on a get-up needs another frame to go on with: its clip
+  // ends here or, once the body is up, leads down again.
+  bool ClipIsOver(int start) const {
+    if (!order_.starts(start).get_up()) return false;
     const world::Episode& episode = state_.environments[start].episode;
-    return order_.starts(start).get_up() &&
-           world::CurrentFrame(episode) >=
-               motion::LastFrame(task_.library().clip(episode.clip));
+    const motion::Library& library = task_.library();
+    const v1::ClipInfo& clip = library.clip(episode.clip);
+    const int64_t next = world::CurrentFrame(episode) + 1;
+    if (next > motion::LastFrame(clip)) return true;
+    return !carried_[start].empty() &&
+           library.frame(episode.clip, next % clip.num_frames())
+                   .root_position[2] < upright_height_;
+  }
+
+  // Lets the body go on from where it is; false if it cannot, so that the start
+  // has failed there.
+  bool CarryOn(int start, int frame) {
+    world::Episode& episode = state_.environments[start].episode;
+    // Its clock goes on: what happens to the body by steps does not begin anew.
+    episode = {.step = episode.step, .frozen_steps = episode.step};
+    bool carried = false;
+    const bool ok = state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
+      carried = task_.CarryOn(*state_.upright, max_distance_, data, &episode,
+                              state_.work.get());
+    });
+    if (!ok || !carried) {
+      failed_at_[start] = frame;
+      return false;
+    }
+    errors_[start].Restart();
+    v1::EvaluationResult::Carried& to = carried_[start].emplace_back();
+    to.set_after_frames(frame);
+    to.set_clip(episode.clip);
+    to.set_start_frame(episode.start_frame);
+    return true;
   }
 
   // Adds the frame that was reached; false if the start has ended there.
@@ -159,7 +193,7 @@ class EvaluationRollout {
       failed_at_[start] = frame;
       return false;
     }
-    return frame < order_.starts(start).steps() && !HasGotUp(start);
+    return frame < order_.starts(start).steps();
   }
 
   void Finish() {
@@ -178,9 +212,8 @@ class EvaluationRollout {
   void WriteResult(int start, v1::EvaluationResult* result) const {
     const v1::EvaluationStart& from = order_.starts(start);
     const metrics::TrackingErrorSums& sums = errors_[start].sums();
-    const world::Episode& episode = state_.environments[start].episode;
-    result->set_clip(episode.clip);
-    result->set_start_frame(episode.start_frame);
+    result->set_clip(begun_[start].clip);
+    result->set_start_frame(begun_[start].start_frame);
     result->set_steps(from.steps());
     result->set_success(failed_at_[start] < 0);
     result->set_failed_at_frame(failed_at_[start]);
@@ -199,6 +232,8 @@ class EvaluationRollout {
     result->set_fallen_state(from.fallen_state());
     result->set_recovered_at_frame(recovered_at);
     result->set_success(recovered_at > 0);
+    result->mutable_carried()->Add(carried_[start].begin(),
+                                   carried_[start].end());
   }
 
   const v1::Order& order_;
@@ -206,11 +241,14 @@ class EvaluationRollout {
   WorkerState& state_;
   const world::TrackingTask& task_;
   const double max_distance_;
+  const double upright_height_;  // of the root, m
   v1::Segment* const segment_;
-  std::vector<metrics::TrackingErrors> errors_;  // by start
-  std::vector<int> failed_at_;                   // by start
-  std::vector<world::RecoveryWatch> watches_;    // by start
-  std::vector<int> live_;                        // starts still running
+  std::vector<world::Episode> begun_;  // by start: as it began
+  std::vector<std::vector<v1::EvaluationResult::Carried>> carried_;  // by start
+  std::vector<metrics::TrackingErrors> errors_;                      // by start
+  std::vector<int> failed_at_;                                       // by start
+  std::vector<world::RecoveryWatch> watches_;                        // by start
+  std::vector<int> live_;  // starts still running
   StageClock clock_;
   Stages stages_;
   int64_t physics_steps_ = 0;

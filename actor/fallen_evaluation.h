@@ -34,9 +34,9 @@ absl::StatusOr<std::vector<v1::EvaluationStart>> FallenStarts(
 
 // The same with a get-up (sim/world/get_up_frames.h) for a reference, whichever
 // is nearest to the body: it stands for the recipe's get_up_steps, or
-// kGetUpSteps where the recipe has none, and the start ends with it. So a body
-// has recovered that stands and tracks from within the seconds on to the
-// get-up's end. FAILED_PRECONDITION: no fallen states; NOT_FOUND: no get-up.
+// kGetUpSteps where the recipe has none, and when it is over the body goes on
+// at the library's nearest frame that stays up. FAILED_PRECONDITION: no fallen
+// states; NOT_FOUND: no get-up.
 absl::StatusOr<std::vector<v1::EvaluationStart>> GetUpStarts(
     const world::TrackingTask& task, double seconds);
 

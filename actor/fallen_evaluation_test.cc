@@ -137,18 +137,48 @@ TEST(GetUpEvaluation, StartsFromEveryStateOnTheNearestGetUp) {
   }
 }
 
-TEST(GetUpEvaluation, EndsWithTheGetUp) {
-  RolloutRig rig(RecoveryRecipe(), world::testing::ToyClips::kWithGetUp);
+v1::Order LongGetUpOrder(const RolloutRig& rig) {
   v1::Order order = rig.EvaluationOrder({});
   *order.add_starts() = GetUpStart();
   order.mutable_starts(0)->set_steps(100);
   order.mutable_starts(0)->set_recovery_steps(20);
+  return order;
+}
 
-  const v1::Segment segment = rig.Run(order);
+TEST(GetUpEvaluation, GoesOnWhereTheGetUpIsOver) {
+  RolloutRig rig(RecoveryRecipe(), world::testing::ToyClips::kWithGetUp);
+  rig.UseZeroAction();
+
+  const v1::Segment segment = rig.Run(LongGetUpOrder(rig));
+
+  ASSERT_EQ(segment.results_size(), 1);
+  const v1::EvaluationResult& result = segment.results(0);
+  EXPECT_EQ(result.clip(), 1);
+  EXPECT_LT(result.start_frame(), 7);
+  ASSERT_EQ(result.carried_size(), 1);  // "turn" loops
+  EXPECT_EQ(result.carried(0).after_frames(), 20 + 19 - result.start_frame());
+  EXPECT_EQ(result.carried(0).clip(), 0);
+  EXPECT_LT(result.carried(0).start_frame(), 24);
+  EXPECT_EQ(result.frames(), 100);
+  EXPECT_EQ(result.velocity_frames(), 98);
+  EXPECT_EQ(result.failed_at_frame(), -1);
+}
+
+TEST(GetUpEvaluation, FailsWhereThereIsNothingToGoOnWith) {
+  v1::Recipe recipe = RecoveryRecipe();
+  recipe.mutable_task()->mutable_start()->add_only_clips("sway");
+  RolloutRig rig(recipe, world::testing::ToyClips::kWithGetUp);
+  rig.UseZeroAction();
+
+  const v1::Segment segment = rig.Run(LongGetUpOrder(rig));
 
   ASSERT_EQ(segment.results_size(), 1);
   const v1::EvaluationResult& result = segment.results(0);
   EXPECT_EQ(result.frames(), 20 + 19 - result.start_frame());
+  EXPECT_EQ(result.failed_at_frame(), result.frames());
+  EXPECT_EQ(result.recovered_at_frame(), -1);
+  EXPECT_FALSE(result.success());
+  EXPECT_EQ(result.carried_size(), 0);
 }
 
 TEST(GetUpEvaluation, NeedsAGetUp) {

@@ -126,6 +126,25 @@ TEST(RecoveryRollout, PutsFallenBodiesOnGetUps) {
     EXPECT_GT(end.steps(), 20);
   }
   EXPECT_GT(get_ups, 2);
+  // Where a get-up is over, the next episode begins with the body as it is, in
+  // the one clip that stays up.
+  int onward = 0;
+  for (const v1::EpisodeEnd& before : segment.episodes()) {
+    for (const v1::EpisodeEnd& after : segment.episodes()) {
+      if (after.environment() != before.environment() ||
+          after.episode() != before.episode() + 1) {
+        continue;
+      }
+      const bool goes_on = before.start_kind() == v1::START_KIND_GET_UP &&
+                           before.reason() == v1::EpisodeEnd::REASON_CLIP_END &&
+                           after.start_kind() == v1::START_KIND_CARRIED;
+      EXPECT_EQ(goes_on, after.start_kind() == v1::START_KIND_CARRIED);
+      if (!goes_on) continue;
+      ++onward;
+      EXPECT_EQ(after.clip(), 0);
+    }
+  }
+  EXPECT_GT(onward, 0);
   EXPECT_TRUE(CheckColumnsFinite(segment).ok());
 }
 

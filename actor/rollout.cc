@@ -1,5 +1,6 @@
 #include "actor/rollout.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -26,10 +27,8 @@ class Worker final : public RolloutWorker {
     }
     if (snapshot.prior() != nullptr) {
       SINEW_RETURN_IF_ERROR(state_.prior.SetGraph(*snapshot.prior()));
-      if (order.kind() == v1::Order::KIND_TRAIN) {
-        state_.nearest = &state_.assets->nearest_frames();
-      }
     }
+    TakeFrames(order, snapshot);
     v1::Segment segment;
     segment.set_run_id(order.run_id());
     segment.set_order_id(order.order_id());
@@ -49,6 +48,19 @@ class Worker final : public RolloutWorker {
   }
 
  private:
+  // Those that bodies are carried on to by this order.
+  void TakeFrames(const v1::Order& order, const PreparedSnapshot& snapshot) {
+    const bool trains = order.kind() == v1::Order::KIND_TRAIN;
+    if (trains && snapshot.prior() != nullptr) {
+      state_.nearest = &state_.assets->nearest_frames();
+    }
+    const bool gets_up =
+        trains ? state_.task.recipe().task().recovery().get_up_share() > 0
+               : std::any_of(order.starts().begin(), order.starts().end(),
+                             [](const auto& start) { return start.get_up(); });
+    if (gets_up) state_.upright = &state_.assets->upright_frames();
+  }
+
   WorkerState state_;
 };
 

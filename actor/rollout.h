@@ -33,9 +33,12 @@ namespace sinew::actor {
 // laws add to actions, and in their shares of the episodes
 // (common/segment/episode_actor.h) the snapshot's graph "teacher" acts, with
 // its mean, by its own law, or its graph "sample", the prior with noise, by the
-// policy's. Where the prior's episode ends, step 4 leaves the body where it is
-// if a frame is near (TrackingTask::CarryOn). Where PPO learns a latent, column
-// latent_noise has the part of the step's noise that chose it.
+// policy's; what the student does in its own has noise of action_noise, which
+// column action has and log_probability leaves out. Where PPO learns a latent,
+// column latent_noise has the part of the step's noise that chose it.
+// Where a get-up is over, step 4 leaves the body where it is, if a frame that
+// stays up is within the limit of termination (TrackingTask::CarryOn); so it
+// does where an episode of the prior ends, at any frame of the library.
 // A diverged simulation (sim/world/actuation.h) is no error: its step is marked
 // invalid, its episode ends with REASON_DIVERGED, the environment starts anew.
 //
@@ -43,7 +46,8 @@ namespace sinew::actor {
 // distance exceeds evaluation.max_mean_body_distance, or `steps` are survived;
 // one result per start, no columns. A divergence is a failure. Starts are
 // independent of each other. A start that names a fallen state runs all its
-// steps and says from which frame on the body stood and tracked to the end.
+// steps and says from which frame on the body stood and tracked to the end; on
+// a get-up it goes on once that is over, or has failed if no frame is near.
 //
 // Thread-safety: one worker per thread. Ownership: shares assets. Blocking:
 // Run computes for milliseconds to seconds and checks `cancel` every control

@@ -5,6 +5,7 @@
 #include "common/config/recipe.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
+#include "sim/world/get_up_frames.h"
 
 namespace sinew::actor {
 namespace {
@@ -72,6 +73,15 @@ const world::NearestFrames& RolloutAssets::nearest_frames() const {
         recipe().task().start(), *library_, world::BodyReader(*character_));
   });
   return *nearest_frames_;
+}
+
+const world::NearestFrames& RolloutAssets::upright_frames() const {
+  absl::call_once(upright_once_, [this] {
+    upright_frames_ = std::make_unique<const world::NearestFrames>(
+        world::UprightFrames(recipe().task().start(), *character_, *library_),
+        *library_, world::BodyReader(*character_));
+  });
+  return *upright_frames_;
 }
 
 }  // namespace sinew::actor

@@ -46,6 +46,8 @@ class RolloutAssets {
   // Where bodies go on that the prior has led (TrackingTask::CarryOn); made
   // when first asked for, which reads the library, and shared from then on.
   const world::NearestFrames& nearest_frames() const;
+  // The same after a get-up (world::UprightFrames).
+  const world::NearestFrames& upright_frames() const;
   // Columns of a training segment, and the digest of the layout.
   const v1::SegmentLayout& layout() const { return layout_; }
   const std::string& layout_sha256() const { return layout_sha256_; }
@@ -59,8 +61,9 @@ class RolloutAssets {
   std::unique_ptr<const world::TrackingTask> task_;
   v1::SegmentLayout layout_;
   std::string layout_sha256_;
-  mutable absl::once_flag nearest_once_;
-  mutable std::unique_ptr<const world::NearestFrames> nearest_frames_;
+  mutable absl::once_flag nearest_once_, upright_once_;
+  mutable std::unique_ptr<const world::NearestFrames> nearest_frames_,
+      upright_frames_;
 };
 
 }  // namespace sinew::actor

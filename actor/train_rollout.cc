@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <vector>
 
 #include "actor/segment_writer.h"
 #include "actor/worker_state.h"
+#include "common/random/philox.h"
 #include "common/segment/episode_actor.h"
 #include "common/status_macros.h"
 
@@ -146,12 +148,13 @@ class TrainRollout {
                                             log_probability, snapshot_));
     Environment& environment = state_.environments[e];
     const world::Episode before = environment.episode;
+    const absl::Span<const float> action = ActionOf(acting, environment);
     world::StepResult result;
     const auto write = [&] {
       writer_.WriteStep(
           step, e,
           {.observation = state_.policy.observation(e),
-           .action = acting.runner->action(acting.row),
+           .action = action,
            .action_mean = acting.runner->mean(acting.row),
            .target = state_.target,
            .base = state_.base,
@@ -163,7 +166,7 @@ class TrainRollout {
            .result = &result});
     };
     const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
-      result = StepPhysics(e, data);
+      result = StepPhysics(e, action, data);
       write();
       // The observation of s_t is written: its place takes that of s_{t+1},
       // where somebody will read it.
@@ -180,9 +183,25 @@ class TrainRollout {
     return absl::OkStatus();
   }
 
-  world::StepResult StepPhysics(int e, mjData* data) {
+  // What is done at this step, with the noise that a student explores by.
+  absl::Span<const float> ActionOf(const WorkerState::Acting& acting,
+                                   const Environment& environment) {
+    const absl::Span<const float> action = acting.runner->action(acting.row);
+    const double noise = task_.recipe().distillation().action_noise();
+    if (noise == 0 || acting.actor != EpisodeActor::kPolicy) return action;
+    std::vector<float>& noisy = state_.noisy_action;
+    FillNormal(Key(environment, RandomPurpose::kStudentNoise),
+               absl::MakeSpan(noisy));
+    for (size_t i = 0; i < noisy.size(); ++i) {
+      noisy[i] = action[i] + static_cast<float>(noise) * noisy[i];
+    }
+    return noisy;
+  }
+
+  world::StepResult StepPhysics(int e, absl::Span<const float> action,
+                                mjData* data) {
     Environment& environment = state_.environments[e];
-    PlaceTarget(state_.acting[e], data, environment);
+    PlaceTarget(state_.acting[e], action, data, environment);
     clock_.Lap(&stages_.observe);
     const world::ActuationResult physics =
         task_.Simulate(data, environment.episode, state_.target,
@@ -209,11 +228,11 @@ class TrainRollout {
   }
 
   // Target and bases of the step at hand.
-  void PlaceTarget(const WorkerState::Acting& acting, const mjData* data,
+  void PlaceTarget(const WorkerState::Acting& acting,
+                   absl::Span<const float> action, const mjData* data,
                    const Environment& environment) {
     const world::Conditions* conditions = ConditionsOf(environment);
     const world::Episode& episode = environment.episode;
-    const absl::Span<const float> action = acting.runner->action(acting.row);
     const absl::Span<double> target = absl::MakeSpan(state_.target);
     if (acting.actor == EpisodeActor::kTeacher) {
       task_.TeacherTarget(data, episode, action, target, state_.work.get(),
@@ -244,18 +263,32 @@ class TrainRollout {
     if (result.truncated) writer_.WriteTruncation(step, e, observation);
     if (step + 1 == order_.horizon()) writer_.WriteBoundary(e, observation);
     if (!result.terminated && !result.truncated) return;
+    const world::NearestFrames* frames = FramesAfter(e, result);
     EndEpisode(result, &state_.environments[e]);
-    const bool led = state_.acting[e].actor == EpisodeActor::kPrior;
-    if (led && !result.diverged) CarryOn(e);
+    if (frames != nullptr) CarryOn(e, *frames);
   }
 
-  // Lets the body go on from where the prior has left it, if it can.
-  void CarryOn(int e) {
+  // Where the body goes on after the episode that ends, null if it does not:
+  // after a get-up, and after one that the prior has led.
+  const world::NearestFrames* FramesAfter(
+      int e, const world::StepResult& result) const {
+    if (result.diverged) return nullptr;
+    const v1::StartKind kind = state_.environments[e].episode.start_kind;
+    if (result.clip_end && kind == v1::START_KIND_GET_UP) {
+      return state_.upright;
+    }
+    return state_.acting[e].actor == EpisodeActor::kPrior ? state_.nearest
+                                                          : nullptr;
+  }
+
+  // Lets the body go on from where it is, if it can.
+  void CarryOn(int e, const world::NearestFrames& frames) {
     Environment& environment = state_.environments[e];
     DrawConditions(&environment);
     bool carried = false;
+    const double most = task_.recipe().task().termination().max_body_distance();
     const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
-      carried = task_.CarryOn(*state_.nearest, data, &environment.episode,
+      carried = task_.CarryOn(frames, most, data, &environment.episode,
                               state_.work.get());
       if (carried) Observe(e, data);
     });

@@ -30,7 +30,8 @@ WorkerState::WorkerState(std::shared_ptr<const RolloutAssets> shared_assets,
       acting(batch.size()),
       target(task.action_width(), 0.0),
       base(target),
-      teacher_base(target) {
+      teacher_base(target),
+      noisy_action(target.size()) {
   for (Environment& environment : environments) {
     environment.conditions = task.MakeConditions();
   }

@@ -33,9 +33,10 @@ struct WorkerState {
   PolicyRunner policy;
   PolicyRunner teacher, prior;            // unused if the snapshot has none
   std::vector<Environment> environments;  // [batch.size()]
-  // Where bodies go on after the prior's episodes, of the assets; null until a
-  // training order of a snapshot with a prior has come.
+  // Where bodies go on after the prior's episodes, and after get-ups; of the
+  // assets, null until an order has come that may need them.
   const world::NearestFrames* nearest = nullptr;
+  const world::NearestFrames* upright = nullptr;
   // Of the step at hand: who acts in an environment [batch.size()]; target and
   // bases [J].
   struct Acting {
@@ -45,6 +46,8 @@ struct WorkerState {
   };
   std::vector<Acting> acting;
   std::vector<double> target, base, teacher_base;
+  std::vector<float> noisy_action;  // [J] of the step at hand, where it has
+                                    // noise
   RolloutWorker::FrameObserver observer;
 };
 

@@ -123,7 +123,6 @@ void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {
                              "), or some of the teacher's targets would be out "
                              "of reach"),
                 student.range_margin());
-  CheckShares(recipe, check);
 }
 
 // Sequences of one environment and order are what minibatches are made of.
@@ -264,6 +263,9 @@ void CheckImitation(const v1::Recipe& recipe, FieldChecker& check) {
   if (!recipe.has_distillation()) return;
   CheckExcluded(recipe, check);
   CheckTeacher(recipe, check);
+  CheckShares(recipe, check);
+  check.Within(recipe.distillation().action_noise(), 0, 100,
+               "distillation.action_noise");
   CheckLosses(recipe.distillation(), check);
   CheckMinibatch(recipe, check);
   CheckMemory(recipe, check);

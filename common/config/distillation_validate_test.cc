@@ -237,6 +237,9 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"distillation.teacher_share=1.5"},
                   "distillation.teacher_share: expected within [0, 1], found "
                   "1.5"},
+        Violation{{"distillation.action_noise=-0.5"},
+                  "distillation.action_noise: expected within [0, 100], found "
+                  "-0.5"},
         Violation{{"distillation.prior_share=-0.5"},
                   "distillation.prior_share: expected within [0, 1], found "
                   "-0.5"},

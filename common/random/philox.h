@@ -22,6 +22,7 @@ enum class RandomPurpose : uint32_t {
   kTeacher = 30,        // who acts in an episode
   kSelection = 31,      // sequences of a minibatch (learner/memory)
   kLatentNoise = 32,    // latents of a minibatch (learner/distillation)
+  kStudentNoise = 33,   // on a student's actions
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

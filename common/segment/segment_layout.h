@@ -56,8 +56,9 @@ namespace sinew {
 // the student's action, (target - base) / scale. action, action_mean and target
 // are those of whoever acted (episode_actor.h): in episodes of the teacher its
 // own mean, twice, and the target that its law makes of it; in episodes of the
-// prior its action, twice. Policies whose action has no distribution have
-// log_probability 0.
+// prior its action, twice. In the student's own, action and target have the
+// noise of Distillation.action_noise, action_mean and log_probability do not.
+// Policies whose action has no distribution have log_probability 0.
 //
 // Learnt latents. latent_noise is the N(0, 1) noise that chose the latent among
 // those that the policy's posterior thinks likely (tap "latent_noise" of its

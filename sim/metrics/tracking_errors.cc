@@ -35,15 +35,16 @@ double TrackingErrors::Add(absl::Span<const Eigen::Vector3d> body,
   const double scale = kMillimetres / static_cast<double>(bodies);
   sums_.g_mpjpe_mm += scale * global;
   sums_.mpjpe_mm += scale * local;
-  if (sums_.frames >= 1) {
+  if (since_cut_ >= 1) {
     sums_.velocity += scale * velocity * rate_ratio_;
     ++sums_.velocity_frames;
   }
-  if (sums_.frames >= 2) {
+  if (since_cut_ >= 2) {
     sums_.acceleration += scale * acceleration * rate_ratio_ * rate_ratio_;
     ++sums_.acceleration_frames;
   }
   ++sums_.frames;
+  ++since_cut_;
   return global / static_cast<double>(bodies);
 }
 

@@ -52,11 +52,16 @@ class TrackingErrors {
   double Add(absl::Span<const Eigen::Vector3d> body,
              absl::Span<const Eigen::Vector3d> reference);
 
+  // The motion is cut here: the next frame has no velocity error and the one
+  // after it no acceleration error.
+  void Restart() { since_cut_ = 0; }
+
   const TrackingErrorSums& sums() const { return sums_; }
 
  private:
   double rate_ratio_;
   TrackingErrorSums sums_;
+  int64_t since_cut_ = 0;                            // frames
   std::vector<Eigen::Vector3d> last_, before_last_;  // errors e
 };
 

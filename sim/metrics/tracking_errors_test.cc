@@ -67,6 +67,24 @@ TEST(TrackingErrors, DifferencesStartWithTheSecondAndThirdFrame) {
   EXPECT_NEAR(errors.sums().acceleration, 2, 1e-9);
 }
 
+TEST(TrackingErrors, HaveNoChangeOverACut) {
+  TrackingErrors errors(2, 30);
+
+  for (double mm : {0.0, 1.0, 3.0}) {
+    errors.Add(Moved(mm / 1000, mm / 1000), kReference);
+  }
+  errors.Restart();
+  for (double mm : {100.0, 102.0, 105.0}) {
+    errors.Add(Moved(mm / 1000, mm / 1000), kReference);
+  }
+
+  EXPECT_EQ(errors.sums().frames, 6);
+  EXPECT_EQ(errors.sums().velocity_frames, 4);
+  EXPECT_EQ(errors.sums().acceleration_frames, 2);
+  EXPECT_NEAR(errors.sums().velocity, 8, 1e-9);
+  EXPECT_NEAR(errors.sums().acceleration, 2, 1e-9);
+}
+
 TEST(TrackingErrors, CountVelocityPerThirtiethOfASecondAtAnyRate) {
   // The same motion, error 0.03 t + 0.6 t^2 m, sampled at 30 and at 60 Hz.
   for (double rate : {30.0, 60.0}) {

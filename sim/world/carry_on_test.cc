@@ -23,7 +23,6 @@ constexpr int kTurn = 0, kSway = 1;
 v1::Recipe CarryingRecipe() {
   v1::Recipe recipe = testing::ToyRecipe();
   recipe.mutable_distillation()->set_prior_share(0.5);
-  recipe.mutable_task()->mutable_termination()->set_max_body_distance(0.1);
   return WithDefaults(recipe);
 }
 
@@ -38,8 +37,8 @@ void BeginElsewhere(TaskRig& rig, int clip, int frame, double yaw) {
 bool CarryOn(TaskRig& rig) {
   const NearestFrames frames(rig.toy.recipe.task().start(), *rig.toy.library,
                              BodyReader(rig.task->character()));
-  return rig.task->CarryOn(frames, rig.data.get(), &rig.episode,
-                           rig.work.get());
+  return rig.task->CarryOn(frames, /*max_distance=*/0.1, rig.data.get(),
+                           &rig.episode, rig.work.get());
 }
 
 double RootHeight(const TaskRig& rig) {
@@ -132,8 +131,8 @@ TEST(CarryOn, DoesNotAllocateAgain) {
   const auto carry_on = [&] {
     BeginElsewhere(rig, kTurn, 9, 1);
     const int64_t before = sinew::testing::AllocationCount();
-    EXPECT_TRUE(rig.task->CarryOn(frames, rig.data.get(), &rig.episode,
-                                  rig.work.get()));
+    EXPECT_TRUE(rig.task->CarryOn(frames, /*max_distance=*/0.1, rig.data.get(),
+                                  &rig.episode, rig.work.get()));
     return sinew::testing::AllocationCount() - before;
   };
   carry_on();

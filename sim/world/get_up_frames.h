@@ -27,6 +27,22 @@ std::vector<StartFrame> GetUpFrames(const v1::Start& recipe,
                                     const character::Character& character,
                                     const motion::Library& library);
 
+// For how long a body that has got up can go on at least, s, before its clip
+// ends or leads down again.
+inline constexpr double kSecondsUp = 1;
+
+// The frames at which a body that has got up may go on: those of the clips that
+// IsDrawn in which the character is upright, there and in the frames of the
+// `seconds` (>= 0) after it (of a looping clip, as it comes round), in the
+// order of clip and frame.
+//
+// Pure function; reads every frame once or, of a looping clip, some twice.
+// Errors: none.
+std::vector<StartFrame> UprightFrames(const v1::Start& recipe,
+                                      const character::Character& character,
+                                      const motion::Library& library,
+                                      double seconds = kSecondsUp);
+
 }  // namespace sinew::world
 
 #endif  // SINEW_SIM_WORLD_GET_UP_FRAMES_H_

@@ -56,5 +56,39 @@ TEST(GetUpFrames, AreNoneWhereAllClipsBeginUpright) {
               ::testing::IsEmpty());
 }
 
+TEST(UprightFrames, AreThoseThatStayUpLongEnough) {
+  const testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
+  v1::Start recipe;
+  recipe.add_only_clips("sway");
+
+  const std::vector<StartFrame> frames =
+      UprightFrames(recipe, *toy.character, *toy.library, /*seconds=*/5.0 / 30);
+
+  // It is upright from its frame 7 on, and has 20.
+  ASSERT_EQ(frames.size(), 8);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(frames[i].clip, 1);
+    EXPECT_EQ(frames[i].frame, 7 + i);
+  }
+  EXPECT_THAT(UprightFrames(recipe, *toy.character, *toy.library),
+              ::testing::IsEmpty());
+}
+
+TEST(UprightFrames, AreAllOfALoopThatNeverLeadsDown) {
+  testing::ToyWorld toy = MakeToyWorld();
+
+  const std::vector<StartFrame> frames =
+      UprightFrames({}, *toy.character, *toy.library);
+
+  ASSERT_EQ(frames.size(), 24);
+  for (int i = 0; i < 24; ++i) {
+    EXPECT_EQ(frames[i].clip, 0);
+    EXPECT_EQ(frames[i].frame, i);
+  }
+  testing::LeaveOut({0}, toy);
+  EXPECT_THAT(UprightFrames({}, *toy.character, *toy.library),
+              ::testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace sinew::world

@@ -161,12 +161,12 @@ class TrackingTask {
   // by yaw, onto the frame that is nearest to it, which becomes the episode's
   // start; root and heading are then that frame's. Clock and previous target
   // go on. False where nothing is near: there is no such frame, or the body
-  // would be farther off it than termination allows, on the mean or at a
+  // would be farther than `max_distance` (m) off it, on the mean or at a
   // terminating body; the data may have moved then, and nothing but Begin may
   // follow. Leaves work->body and work->reference. `frames` are of this task's
   // library and character; of the episode, only the number is set.
-  bool CarryOn(const NearestFrames& frames, mjData* data, Episode* episode,
-               Workspace* work) const;
+  bool CarryOn(const NearestFrames& frames, double max_distance, mjData* data,
+               Episode* episode, Workspace* work) const;
 
   // Of an environment, for DrawConditions.
   Conditions MakeConditions() const { return randomisation_.MakeConditions(); }

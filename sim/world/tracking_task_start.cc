@@ -146,8 +146,9 @@ void TrackingTask::MoveOnto(const StartFrame& frame, mjData* data,
   episode->start_frame = frame.frame;
 }
 
-bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
-                           Episode* episode, Workspace* work) const {
+bool TrackingTask::CarryOn(const NearestFrames& frames, double max_distance,
+                           mjData* data, Episode* episode,
+                           Workspace* work) const {
   Refresh(data, work);
   const std::optional<StartFrame> nearest =
       frames.Find(work->body, absl::MakeSpan(work->posture));
@@ -156,8 +157,8 @@ bool TrackingTask::CarryOn(const NearestFrames& frames, mjData* data,
   MoveOnto(*nearest, data, episode, work);
   const BodyDistances distances =
       MeasureDistances(work->body, work->reference, character_->terminating());
-  const double most = recipe_.task().termination().max_body_distance();
-  if (!(distances.max_terminating <= most && distances.mean <= most)) {
+  if (!(distances.max_terminating <= max_distance &&
+        distances.mean <= max_distance)) {
     *episode = before;
     return false;
   }

@@ -191,7 +191,8 @@ Json Definitions(const Subject& subject) {
        "with the head at 0.8 of the reference's height or above, while the "
        "reference's root is at 0.8 of the standing height or above, and stay "
        "so to the end; get_up: the same with the library's nearest get-up for "
-       "a reference, to its end, instead of a clip that is up already"}};
+       "a reference, instead of a clip that is up already, and from its end on "
+       "the nearest frame of a clip that stays up"}};
 }
 
 }  // namespace

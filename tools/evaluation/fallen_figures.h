@@ -48,8 +48,8 @@ struct FallenEvaluation {
   double reference_stands_seconds = 0;
   FallenFigures policy;
   FallenFigures zero_action;
-  // With a get-up for a reference (actor::GetUpStarts); none where the library
-  // has no get-up.
+  // With a get-up for a reference, then whatever clip is near
+  // (actor::GetUpStarts); none where the library has no get-up.
   struct GetUp {
     double reference_stands_seconds = 0;
     FallenFigures policy;

@@ -1,5 +1,6 @@
 #include "tools/evaluation/recording.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,6 +9,8 @@
 #include "actor/fallen_evaluation.h"
 #include "common/status_macros.h"
 #include "sim/character/model_ptr.h"
+#include "sim/motion/rotation.h"
+#include "sim/world/body_state.h"
 #include "sim/world/tracking_task.h"
 #include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/rollout_pool.h"
@@ -51,6 +54,70 @@ std::vector<double> FallenPose(const world::TrackingTask& task,
   task.Begin(actor::BodyStartOf(start), /*noise=*/nullptr, data.get(), &episode,
              absl::MakeSpan(target), work.get());
   return {data->qpos, data->qpos + model->nq};
+}
+
+// A movement over the floor: turn about the vertical, then shift.
+struct FloorMove {
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+
+  void Apply(double* root) const {
+    Eigen::Map<Eigen::Vector3d> place(root);
+    place = turn * Eigen::Vector3d(place) + shift;
+    motion::ToWxyz(turn * motion::FromWxyz(root + 3), root + 3);
+  }
+};
+
+// That which puts the root of one pose over another's place, heading alike.
+FloorMove Onto(const double* from, const double* to) {
+  FloorMove move;
+  move.turn = world::Heading(motion::FromWxyz(to + 3)) *
+              world::Heading(motion::FromWxyz(from + 3)).conjugate();
+  const Eigen::Vector3d place =
+      move.turn * Eigen::Map<const Eigen::Vector3d>(from);
+  move.shift = {to[0] - place.x(), to[1] - place.y(), 0};
+  return move;
+}
+
+// The reference of a start from the floor, [frames, nq] for those of
+// `recording`. Where the body went on elsewhere, from there on both are moved
+// back to where it was, so that a film has no jumps.
+void AddReference(const Subject& subject, const v1::EvaluationStart& start,
+                  const v1::EvaluationResult& result, Recording* recording) {
+  const int root = subject.character().root_qpos_address();
+  const int nq = recording->nq, frames = recording->frames();
+  // Parts of the start: the frame that each begins after, and its clip.
+  std::vector<v1::EvaluationResult::Carried> parts(result.carried().begin(),
+                                                   result.carried().end());
+  v1::EvaluationResult::Carried first;
+  first.set_clip(result.clip());
+  first.set_start_frame(result.start_frame());
+  parts.insert(parts.begin(), first);
+  std::vector<double>& reference = recording->reference;
+  for (size_t part = 0; part < parts.size(); ++part) {
+    const int begin = parts[part].after_frames();
+    const int end =
+        part + 1 < parts.size() ? parts[part + 1].after_frames() : frames - 1;
+    std::vector<double> clip = ReferencePoses(
+        subject.character(), subject.library(), parts[part].clip(),
+        parts[part].start_frame(), end - begin + 2);
+    if (part > 0) {
+      const FloorMove back =
+          Onto(clip.data() + root,
+               recording->simulated.data() + int64_t{begin} * nq + root);
+      for (size_t i = 0; i < clip.size(); i += nq) back.Apply(&clip[i + root]);
+      for (int frame = begin + 1; frame <= end; ++frame) {
+        back.Apply(recording->simulated.data() + int64_t{frame} * nq + root);
+      }
+    }
+    // What stands is the frame that the first step is compared with.
+    const int stands = part == 0 ? start.recovery_steps() : 0;
+    for (int frame = part == 0 ? 0 : begin + 1; frame <= end; ++frame) {
+      const int shown = frame == 0 ? 0 : std::max(1, frame - begin - stands);
+      const auto pose = clip.begin() + int64_t{shown} * nq;
+      reference.insert(reference.end(), pose, pose + nq);
+    }
+  }
 }
 
 }  // namespace
@@ -116,17 +183,7 @@ absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,
   recording.simulated = FallenPose(task, start);
   SINEW_ASSIGN_OR_RETURN(const v1::EvaluationResult result,
                          Run(subject, start, stop, &recording));
-  // What stands is the frame that the first step is compared with.
-  const std::vector<double> clip =
-      ReferencePoses(subject.character(), subject.library(), result.clip(),
-                     result.start_frame(), recording.frames() + 1);
-  for (int frame = 0; frame < recording.frames(); ++frame) {
-    const int shown =
-        frame == 0 ? 0 : std::max(1, frame - start.recovery_steps());
-    const auto pose = clip.begin() + int64_t{shown} * recording.nq;
-    recording.reference.insert(recording.reference.end(), pose,
-                               pose + recording.nq);
-  }
+  AddReference(subject, start, result, &recording);
   return recording;
 }
 

@@ -44,7 +44,8 @@ absl::StatusOr<Recording> RecordClip(const Subject& subject, int clip,
 
 // Runs the policy from the fallen state of that index, as EvaluateFallen
 // (fallen_figures.h) does: beside a reference that stands at first, or, where
-// `get_up` says so, with a get-up for a reference. Computes; errors: those of
+// `get_up` says so, with a get-up for a reference and then what the body goes
+// on with, moved to where the body is. Computes; errors: those of
 // RunStarts and of the starts (actor/fallen_evaluation.h), INVALID_ARGUMENT for
 // an index that is none.
 absl::StatusOr<Recording> RecordFallen(const Subject& subject, int state,

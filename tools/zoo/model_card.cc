@@ -98,7 +98,8 @@ std::string FallenText(const Json& fallen) {
   if (!fallen.contains("get_up")) return text;
   absl::StrAppendFormat(
       &text,
-      "With the nearest get-up of the library for a reference: %.1f %%, %.1f "
+      "With the library's nearest get-up for a reference and, once that is "
+      "over, its nearest frame that stays up: %.1f %%, %.1f "
       "%% (zero action: %.1f %%, %.1f %%).\n",
       100 * NumberAt(fallen, {"get_up", "recovered_3_s"}),
       100 * NumberAt(fallen, {"get_up", "recovered_5_s"}),

@@ -281,9 +281,10 @@ TEST_F(ModelCardTest, ShowsFiguresOfGetUpsWhereThereAreAny) {
   const auto card = Card();
 
   ASSERT_THAT(card, IsOk());
-  EXPECT_THAT(*card, HasSubstr("With the nearest get-up of the library for a "
-                               "reference: 25.0 %, 75.0 % (zero action: 0.0 %, "
-                               "12.5 %)."));
+  EXPECT_THAT(*card, HasSubstr("With the library's nearest get-up for a "
+                               "reference and, once that is over, its nearest "
+                               "frame that stays up: 25.0 %, 75.0 % (zero "
+                               "action: 0.0 %, 12.5 %)."));
 }
 
 TEST_F(ModelCardTest, WantsFallenFiguresWhereTheyAreNamed) {
