@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
+#include "sim/motion/library.h"
 #include "sim/world/randomisation.h"
 #include "tools/evaluation/rollout_pool.h"
 
@@ -131,26 +133,40 @@ void AddRecovered(const FallenFigures& figures, Json* to) {
   (*to)["recovered_5_s"] = figures.recovered_5_s;
 }
 
-// The policy's shares, and those of the zero action below them.
-void AddBoth(const FallenFigures& policy, const FallenFigures& zero_action,
-             Json* to) {
+Json SecondsOrNull(const std::optional<double>& seconds) {
+  return seconds ? Json(*seconds) : Json(nullptr);
+}
+
+// The policy's shares and starts, and the zero action's shares below them.
+void AddBoth(const motion::Library& library, const FallenFigures& policy,
+             const FallenFigures& zero_action, Json* to) {
   AddRecovered(policy, to);
+  Json rows = Json::array();
+  for (const FallenRow& row : policy.rows) {
+    rows.push_back({{"state", row.state},
+                    {"clip", library.clip(row.clip).name()},
+                    {"recovered_s", SecondsOrNull(row.recovered_s)},
+                    {"carried_s", SecondsOrNull(row.carried_s)},
+                    {"seconds", row.seconds}});
+  }
+  (*to)["rows"] = std::move(rows);
   Json zero = Json::object();
   AddRecovered(zero_action, &zero);
   (*to)["zero_action"] = std::move(zero);
 }
 
-Json FallenObject(const FallenEvaluation& fallen) {
+Json FallenObject(const motion::Library& library,
+                  const FallenEvaluation& fallen) {
   Json object = {{"starts", fallen.starts},
                  {"seed", fallen.seed},
                  {"clips", fallen.clips},
                  {"seconds", fallen.seconds},
                  {"reference_stands_seconds", fallen.reference_stands_seconds}};
-  AddBoth(fallen.policy, fallen.zero_action, &object);
+  AddBoth(library, fallen.policy, fallen.zero_action, &object);
   if (fallen.get_up) {
     const FallenEvaluation::GetUp& get_up = *fallen.get_up;
     Json part = {{"reference_stands_seconds", get_up.reference_stands_seconds}};
-    AddBoth(get_up.policy, get_up.zero_action, &part);
+    AddBoth(library, get_up.policy, get_up.zero_action, &part);
     object["get_up"] = std::move(part);
   }
   return object;
@@ -192,7 +208,9 @@ Json Definitions(const Subject& subject) {
        "reference's root is at 0.8 of the standing height or above, and stay "
        "so to the end; get_up: the same with the library's nearest get-up for "
        "a reference, instead of a clip that is up already, and from its end on "
-       "the nearest frame of a clip that stays up"}};
+       "the nearest frame of a clip that stays up; rows: each start, with the "
+       "index that sinew render --fallen-state takes; since when it stood and "
+       "tracked to the end, and when it went on after a get-up, or null"}};
 }
 
 }  // namespace
@@ -225,7 +243,9 @@ std::string EvaluationJson(const Subject& subject,
     file["imported"] =
         ImportedObject(evaluation.policy.overall, *source.rejected_clips);
   }
-  if (evaluation.fallen) file["fallen"] = FallenObject(*evaluation.fallen);
+  if (evaluation.fallen) {
+    file["fallen"] = FallenObject(subject.library(), *evaluation.fallen);
+  }
   const world::Randomisation& random = subject.assets->task().randomisation();
   if (random.on() && random.in_evaluation()) {
     file["randomised"] = {{"seed", kEvaluationSeed}};

@@ -44,8 +44,9 @@ struct EvaluationSource {
 //             clip that it does not name. Sets go by the library's `left_out`.
 //   fallen    only where it was asked for: starts, seed, clips, seconds,
 //             reference_stands_seconds, recovered_3_s, recovered_5_s,
-//             `zero_action` with the last two; where the library has get-ups
-//             `get_up` with the last four (fallen_figures.h).
+//             rows of {state, clip, recovered_s, carried_s, seconds},
+//             `zero_action` with the two shares; where the library has get-ups
+//             `get_up` with the last five (fallen_figures.h).
 //   randomised
 //             {seed}, only where the recipe randomises evaluations.
 //   seconds, starts_per_clip, frames_per_second, bodies, bundle, library,

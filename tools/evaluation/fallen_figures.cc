@@ -69,10 +69,26 @@ absl::StatusOr<std::optional<FallenEvaluation::GetUp>> MeasureGetUps(
 
 FallenFigures FiguresOf(const std::vector<v1::EvaluationResult>& results,
                         double control_hz) {
-  return {
+  FallenFigures figures = {
       .recovered_3_s = actor::RecoveredShare(results, kSoonSeconds, control_hz),
       .recovered_5_s =
           actor::RecoveredShare(results, kLateSeconds, control_hz)};
+  for (const v1::EvaluationResult& result : results) {
+    FallenRow& row = figures.rows.emplace_back();
+    row.state = result.fallen_state();
+    row.clip = result.clip();
+    row.seconds = result.frames() / control_hz;
+    if (result.recovered_at_frame() > 0) {
+      row.recovered_s = result.recovered_at_frame() / control_hz;
+    }
+    if (result.carried_size() > 0) {
+      row.carried_s = result.carried(0).after_frames() / control_hz;
+    }
+  }
+  std::sort(
+      figures.rows.begin(), figures.rows.end(),
+      [](const FallenRow& a, const FallenRow& b) { return a.state < b.state; });
+  return figures;
 }
 
 absl::Status CheckFallenStarts(int starts) {

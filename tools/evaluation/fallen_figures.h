@@ -32,11 +32,23 @@ inline constexpr int kMostFallenStarts = 1024;
 // Seconds of recovered_5_s: starts are made long enough for it.
 inline constexpr double kLateSeconds = 5;
 
+// What became of one start.
+struct FallenRow {
+  int state = 0;  // index of the fallen state, as `sinew render` takes it
+  int clip = 0;   // that it began beside, or the get-up that it began on
+  // Since when it stood and tracked to the end; unset: it does not at its end.
+  std::optional<double> recovered_s = std::nullopt;
+  // When it went on after a get-up; unset: it did not.
+  std::optional<double> carried_s = std::nullopt;
+  double seconds = 0;  // that it lasted
+};
+
 struct FallenFigures {
   // Shares of the starts that stand and track again within 3 and 5 s and keep
   // to it to the end, [0, 1].
   double recovered_3_s = 0;
   double recovered_5_s = 0;
+  std::vector<FallenRow> rows = {};  // by state
 };
 
 struct FallenEvaluation {

@@ -138,6 +138,10 @@ TEST_F(FallenBundle, IsMeasuredOnGetUpsTooWhereThereAreAny) {
   const Json json = Json::parse(*ReadFile(out_))["fallen"]["get_up"];
   EXPECT_NEAR(json["reference_stands_seconds"], 2.0 / 3, 1e-9);
   EXPECT_EQ(json["recovered_3_s"], get_up.policy.recovered_3_s);
+  ASSERT_EQ(json["rows"].size(), get_up.policy.rows.size());
+  EXPECT_EQ(json["rows"][0]["clip"], "sway");
+  EXPECT_EQ(json["rows"][0]["state"], 0);
+  EXPECT_EQ(json["rows"][0]["seconds"], get_up.policy.rows[0].seconds);
   EXPECT_EQ(json["recovered_5_s"], get_up.policy.recovered_5_s);
   EXPECT_EQ(json["zero_action"]["recovered_5_s"],
             get_up.zero_action.recovered_5_s);
@@ -320,10 +324,23 @@ TEST(FallenFigures, CountWhoIsUpWithinThreeSecondsAndWhoWithinFive) {
     results[i].set_recovered_at_frame(frames[i]);
   }
 
+  results[1].add_carried()->set_after_frames(60);
+  results[2].set_clip(7);
+  results[2].set_frames(165);
+  std::swap(results[0], results[3]);
+
   const FallenFigures figures = FiguresOf(results, /*control_hz=*/30);
 
   EXPECT_DOUBLE_EQ(figures.recovered_3_s, 0.2);
   EXPECT_DOUBLE_EQ(figures.recovered_5_s, 0.6);
+  ASSERT_EQ(figures.rows.size(), 5);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(figures.rows[i].state, i);
+  EXPECT_EQ(figures.rows[0].recovered_s, 3);
+  EXPECT_EQ(figures.rows[0].carried_s, std::nullopt);
+  EXPECT_EQ(figures.rows[1].carried_s, 2);
+  EXPECT_EQ(figures.rows[2].clip, 7);
+  EXPECT_EQ(figures.rows[2].seconds, 5.5);
+  EXPECT_EQ(figures.rows[4].recovered_s, std::nullopt);
 }
 
 TEST(FallenFigures, AreOverAllClipsThatAreFit) {
