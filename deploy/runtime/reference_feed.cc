@@ -8,6 +8,7 @@
 #include "common/check.h"
 #include "common/status_macros.h"
 #include "sim/motion/rotation.h"
+#include "sim/world/get_up_frames.h"
 #include "sim/world/task_check.h"
 
 namespace sinew::runtime {
@@ -47,6 +48,7 @@ ReferenceFeed::ReferenceFeed(const character::Character& character,
       data_(mj_makeData(character.model())) {
   const world::BodyState state(reader_.num_bodies(), reader_.num_joints());
   observed_.assign(offsets_.size(), state);
+  reference_ = state;
   auto next = std::find(offsets_.begin(), offsets_.end(), 1);
   if (next == offsets_.end() && NeedsNext(recipe.task().action())) {
     next = offsets_.insert(next, 1);
@@ -73,6 +75,7 @@ absl::Status ReferenceFeed::LoadLibrary(const std::string& directory) {
                                            character_.model()->opt.timestep);
   SINEW_RETURN_IF_ERROR(world::CheckTask(recipe, character_, *library));
   clip_ = -1;
+  for (auto& frames : nearest_) frames = nullptr;
   rows_.clear();
   library_ = std::move(library);
   for (size_t i = 0; i < offsets_.size(); ++i) {
@@ -100,6 +103,7 @@ absl::Status ReferenceFeed::Play(absl::string_view clip, double seconds,
   }
   SINEW_ASSIGN_OR_RETURN(frame_, FrameAt(seconds, control_hz_));
   clip_ = found;
+  stand_ = 0;
   turn_ = Eigen::Quaterniond::Identity();
   move_ = Eigen::Vector3d::Zero();
   is_moved_ = false;
@@ -107,11 +111,65 @@ absl::Status ReferenceFeed::Play(absl::string_view clip, double seconds,
   return absl::OkStatus();
 }
 
+const world::NearestFrames& ReferenceFeed::Frames(Among among) {
+  auto& frames = nearest_[static_cast<size_t>(among)];
+  if (frames != nullptr) return *frames;
+  const v1::Start all;
+  switch (among) {
+    case Among::kAll:
+      frames =
+          std::make_unique<const world::NearestFrames>(all, *library_, reader_);
+      break;
+    case Among::kGetUps:
+      frames = std::make_unique<const world::NearestFrames>(
+          world::GetUpFrames(all, character_, *library_), *library_, reader_);
+      break;
+    case Among::kUpright:
+      frames = std::make_unique<const world::NearestFrames>(
+          world::UprightFrames(all, character_, *library_), *library_, reader_);
+      break;
+  }
+  posture_.resize(frames->width());
+  return *frames;
+}
+
+absl::StatusOr<double> ReferenceFeed::PlayNearest(const world::BodyState& body,
+                                                  Among among, int stand) {
+  if (library_ == nullptr) {
+    return absl::FailedPreconditionError(
+        "play nearest: expected a motion library to be loaded first");
+  }
+  const auto nearest = Frames(among).Find(body, absl::MakeSpan(posture_));
+  if (!nearest.has_value()) {
+    constexpr const char* kNames[] = {
+        "a clip that goes on for half a second",
+        "a get-up, a clip from the floor to standing",
+        "a clip that stays upright for a second"};
+    return absl::NotFoundError(
+        absl::StrCat("play nearest: expected the library to have ",
+                     kNames[static_cast<size_t>(among)], ", found none"));
+  }
+  clip_ = nearest->clip;
+  frame_ = nearest->frame;
+  stand_ = stand;
+  double root[4];
+  motion::ToWxyz(body.rotation[0], root);
+  AlignTo(body.position[0].data(), root);
+  reader_.Read(RowOfNow(), &reference_);
+  Transform(&reference_);
+  double sum = 0;
+  for (size_t b = 0; b < body.position.size(); ++b) {
+    sum += (body.position[b] - reference_.position[b]).norm();
+  }
+  return sum / static_cast<double>(body.position.size());
+}
+
 absl::Status ReferenceFeed::Seek(double seconds) {
   if (!playing()) {
     return absl::FailedPreconditionError("seek: expected a clip to play");
   }
   SINEW_ASSIGN_OR_RETURN(frame_, FrameAt(seconds, control_hz_));
+  stand_ = 0;
   return absl::OkStatus();
 }
 

@@ -4,12 +4,14 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "deploy/runtime/pose.h"
@@ -18,6 +20,7 @@
 #include "sim/character/model_ptr.h"
 #include "sim/motion/library.h"
 #include "sim/world/body_state.h"
+#include "sim/world/nearest_frame.h"
 #include "sim/world/recovery.h"
 
 namespace sinew::runtime {
@@ -29,11 +32,16 @@ namespace sinew::runtime {
 // then the next frame where the action law needs it and it is not among them.
 //
 // Thread-safety: one caller. Ownership: borrows character, owns library and
-// buffers. Blocking: only LoadLibrary (disk); Load... neither allocate nor
-// lock. Errors: name field, expected and found.
+// buffers. Blocking: only LoadLibrary (disk), and the first PlayNearest among
+// frames of a kind, which reads the library; all else neither allocates nor
+// locks. Errors: name field, expected and found.
 class ReferenceFeed {
  public:
   enum class Align { kNone, kToBody };
+  // Frames of clips that are not left out: all that a clip goes on from for a
+  // while, those of get-ups below upright, those that stay upright for a second
+  // (nearest_frame.h, get_up_frames.h).
+  enum class Among { kAll, kGetUps, kUpright };
 
   // `task` has its defaults filled; `control_hz` is the rate of frames.
   ReferenceFeed(const character::Character& character, const v1::Recipe& recipe,
@@ -49,8 +57,18 @@ class ReferenceFeed {
 
   // NOT_FOUND: no such clip, listing those that there are.
   absl::Status Play(absl::string_view clip, double seconds, Align align);
+  // Plays from the frame that is nearest to the body, moved to where the body
+  // is and heads; it stands for `stand` >= 0 steps before the clip goes on.
+  // Returns how far the body is off it: mean over its tracked bodies, m.
+  // FAILED_PRECONDITION without a library; NOT_FOUND: it has no such frame.
+  absl::StatusOr<double> PlayNearest(const world::BodyState& body, Among among,
+                                     int stand);
   absl::Status Seek(double seconds);
   bool playing() const { return clip_ >= 0; }
+  // While something plays: which clip of the library, and the frame of now,
+  // which of a looping clip counts on.
+  int clip() const { return clip_; }
+  int64_t frame() const { return frame_; }
   // The clip's last frame is reached; the feed stays there.
   bool is_over() const;
   // True once an aligned clip waits for AlignTo.
@@ -66,8 +84,14 @@ class ReferenceFeed {
   // After a Load, once: hides what is far of a body in recovery.h's sense. True
   // if the next frame is.
   bool Hide(const world::RecoveryLaw& law, const world::BodyState& body);
-  // The clip moves on by a frame.
-  void Advance() { ++frame_; }
+  // The clip moves on by a frame, unless that of now stands.
+  void Advance() {
+    if (stand_ > 0) {
+      --stand_;
+    } else {
+      ++frame_;
+    }
+  }
 
   // Of the observation's frames, after a Load.
   absl::Span<const world::BodyState> observed() const { return observed_; }
@@ -88,6 +112,8 @@ class ReferenceFeed {
 
  private:
   void Transform(world::BodyState* state) const;
+  // The library's frames of a kind, made when first asked for.
+  const world::NearestFrames& Frames(Among among);
   // Copies a pose's joints, torques and contacts into numbers_ and views_.
   void Copy(const Pose& pose, size_t index);
 
@@ -100,6 +126,7 @@ class ReferenceFeed {
   std::unique_ptr<const motion::Library> library_;
   int clip_ = -1;
   int64_t frame_ = 0;
+  int stand_ = 0;  // steps
   bool wants_alignment_ = false;
   // Reference to world: turn about z, then move.
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
@@ -120,6 +147,10 @@ class ReferenceFeed {
   };
   std::vector<Numbers> numbers_;
   const character::DataPtr data_;
+  // Of PlayNearest: by Among, null until asked for; scratch.
+  std::array<std::unique_ptr<const world::NearestFrames>, 3> nearest_;
+  std::vector<float> posture_;
+  world::BodyState reference_;
 };
 
 }  // namespace sinew::runtime

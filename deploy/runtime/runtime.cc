@@ -106,6 +106,27 @@ absl::Status Runtime::Play(absl::string_view clip, double seconds,
   return absl::OkStatus();
 }
 
+absl::StatusOr<double> Runtime::PlayNearest(const Pose& state, Among among,
+                                            int stand) {
+  SINEW_RETURN_IF_ERROR(CheckPose(state, state_needs_, "state"));
+  if (stand < 0 || stand > kMostStand) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "stand: expected 0 to ", kMostStand, " steps, found ", stand));
+  }
+  PlaceBody(state);
+  return feed_->PlayNearest(body_, among, stand);
+}
+
+absl::string_view Runtime::clip_name() const {
+  if (!feed_->playing()) return "";
+  return library()->clip(feed_->clip()).name();
+}
+
+double Runtime::clip_seconds() const {
+  if (!feed_->playing()) return 0;
+  return static_cast<double>(feed_->frame()) / control_hz();
+}
+
 absl::Status Runtime::ReadReference(int ahead, PoseBuffer* out) {
   if (!feed_->playing()) {
     return absl::FailedPreconditionError("reference: expected a clip to play");

@@ -46,6 +46,7 @@ namespace sinew::runtime {
 class Runtime {
  public:
   using Align = ReferenceFeed::Align;
+  using Among = ReferenceFeed::Among;
 
   static absl::StatusOr<std::unique_ptr<Runtime>> Open(
       const std::string& bundle_directory);
@@ -61,7 +62,16 @@ class Runtime {
   absl::Status LoadLibrary(const std::string& directory);
   const motion::Library* library() const { return feed_->library(); }
   absl::Status Play(absl::string_view clip, double seconds, Align align);
+  // Plays from the frame that is nearest to a body (ReferenceFeed); `stand`
+  // steps at most kMostStand. An episode that has begun goes on: no Reset is
+  // needed then. The mean distance of the body from that frame, m.
+  static constexpr int kMostStand = 1 << 16;
+  absl::StatusOr<double> PlayNearest(const Pose& state, Among among, int stand);
   absl::Status Seek(double seconds) { return feed_->Seek(seconds); }
+  // The name of the clip that plays, and the time in it of now, s; empty and 0
+  // where none does.
+  absl::string_view clip_name() const;
+  double clip_seconds() const;
   bool is_over() const { return feed_->is_over(); }
   // The clip's frame `ahead` >= 0 control steps from now.
   absl::Status ReadReference(int ahead, PoseBuffer* out);

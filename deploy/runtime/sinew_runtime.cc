@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "deploy/runtime/runtime.h"
 
@@ -158,6 +160,29 @@ int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                                                 align == SINEW_ALIGN_TO_BODY
                                                     ? Runtime::Align::kToBody
                                                     : Runtime::Align::kNone));
+}
+
+int sinew_play_nearest(sinew_runtime* runtime, const sinew_pose* state,
+                       int among, int stand, double* distance) {
+  if (state == nullptr) return Null(runtime, "state");
+  if (among < SINEW_AMONG_ALL || among > SINEW_AMONG_UPRIGHT) {
+    return runtime->Result(absl::InvalidArgumentError(
+        "among: expected one of SINEW_AMONG_..., found " +
+        std::to_string(among)));
+  }
+  const absl::StatusOr<double> found = runtime->runtime->PlayNearest(
+      *state, static_cast<Runtime::Among>(among), stand);
+  if (found.ok()) Copy(&*found, 1, distance);
+  return runtime->Result(found.status());
+}
+
+const char* sinew_clip_playing(const sinew_runtime* runtime) {
+  const absl::string_view name = runtime->runtime->clip_name();
+  return name.empty() ? nullptr : name.data();  // a string of the library's
+}
+
+double sinew_clip_seconds(const sinew_runtime* runtime) {
+  return runtime->runtime->clip_seconds();
 }
 
 int sinew_seek(sinew_runtime* runtime, double seconds) {

@@ -22,7 +22,8 @@
  * of sinew_joint_name(). J joints, F feet.
  *
  * Thread-safety: one thread per handle. Blocking: sinew_open and
- * sinew_load_library read files; all else computes for well under a
+ * sinew_load_library read files, sinew_play_nearest the library at first; all
+ * else computes for well under a
  * millisecond and takes nothing from the heap unless it fails. Errors: a
  * function that returns int returns 0, or -1 with the reason in sinew_error(),
  * which names the field, what was expected and what was found; the handle is
@@ -97,6 +98,27 @@ enum {
 /* From `seconds` (>= 0) into a clip. Then sinew_reset. */
 int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                int align);
+/* Frames of the library's clips (but for those that are left out of training)
+ * that a body can go on from. */
+enum {
+  SINEW_AMONG_ALL = 0,     /* all that are followed by half a second */
+  SINEW_AMONG_GET_UPS = 1, /* those of clips from the floor to standing, up to
+                              where the body is upright */
+  SINEW_AMONG_UPRIGHT = 2  /* those from which a body is upright for a second */
+};
+/* Plays from the frame that is nearest to the body, moved over the floor to
+ * where it is and heads. That frame stands for `stand` (>= 0) steps before the
+ * clip goes on; for a policy that has learnt to get up, as many as its recipe's
+ * task.recovery.get_up_steps. An episode that has begun goes on, else
+ * sinew_reset. `distance`, or NULL: how far the body is off that frame, m, mean
+ * over the tracked bodies. Where the body is not on its feet, give the state's
+ * root_position. The first call for each kind of frames reads the library. */
+int sinew_play_nearest(sinew_runtime* runtime, const sinew_pose* state,
+                       int among, int stand, double* distance);
+/* The clip that plays, NULL if none does, and the time in it of now, s; of a
+ * looping clip time counts on. */
+const char* sinew_clip_playing(const sinew_runtime* runtime);
+double sinew_clip_seconds(const sinew_runtime* runtime);
 /* Moves on in the clip that plays, e.g. after missed steps. */
 int sinew_seek(sinew_runtime* runtime, double seconds);
 /* 1 if the clip that plays is over (its last frame is held). */

@@ -93,6 +93,33 @@ TEST(CInterface, GivesErrorsAsText) {
   EXPECT_STREQ(error, "/nowhere");
 }
 
+TEST(CInterface, PlaysFromTheNearestFrame) {
+  LatentHandle handle;
+  double distance = -1;
+
+  ASSERT_EQ(sinew_play_nearest(handle.policy, &handle.state, SINEW_AMONG_ALL, 2,
+                               &distance),
+            0);
+
+  EXPECT_GE(distance, 0);
+  EXPECT_LT(distance, 1e-5);
+  EXPECT_STREQ(sinew_clip_playing(handle.policy), "turn");
+  EXPECT_EQ(sinew_clip_seconds(handle.policy), 0);
+  EXPECT_EQ(sinew_play_nearest(handle.policy, &handle.state,
+                               SINEW_AMONG_UPRIGHT, 0, nullptr),
+            0);
+  EXPECT_EQ(sinew_play_nearest(handle.policy, &handle.state,
+                               SINEW_AMONG_GET_UPS, 0, &distance),
+            -1);
+  EXPECT_THAT(sinew_error(handle.policy), HasSubstr("a get-up"));
+  EXPECT_EQ(sinew_play_nearest(handle.policy, &handle.state, 3, 0, &distance),
+            -1);
+  EXPECT_THAT(sinew_error(handle.policy),
+              HasSubstr("among: expected one of SINEW_AMONG_..., found 3"));
+  EXPECT_EQ(sinew_play_nearest(handle.policy, nullptr, 0, 0, &distance), -1);
+  EXPECT_THAT(sinew_error(handle.policy), HasSubstr("state"));
+}
+
 TEST(CInterface, EncodesAndDecodesWhatItSteps) {
   LatentHandle handle;
   std::vector<double> stepped(4);

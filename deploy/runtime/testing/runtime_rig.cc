@@ -7,7 +7,8 @@
 
 namespace sinew::runtime::testing {
 
-RuntimeRig::RuntimeRig(const std::function<void(v1::Task&)>& edit) {
+RuntimeRig::RuntimeRig(const std::function<void(v1::Task&)>& edit,
+                       world::testing::ToyClips clips) {
   v1::Recipe recipe = world::testing::ToyRecipe();
   v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
   observation.clear_blocks();
@@ -19,7 +20,7 @@ RuntimeRig::RuntimeRig(const std::function<void(v1::Task&)>& edit) {
   observation.add_frames_ahead(7);
   recipe.mutable_task()->mutable_action()->set_velocity_feedforward(true);
   edit(*recipe.mutable_task());
-  toy = world::testing::MakeToyWorld(recipe);
+  toy = world::testing::MakeToyWorld(recipe, clips);
   content = bundle::testing::ToyContent(toy);
   const std::string directory = JoinPath(toy.folder, "bundle");
   const absl::Status written = bundle::WriteBundle(content, directory);

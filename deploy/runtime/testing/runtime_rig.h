@@ -17,8 +17,9 @@ namespace sinew::runtime::testing {
 // velocity feed-forward; `edit` changes that task before the bundle is written.
 // Aborts with a message on any error.
 struct RuntimeRig {
-  explicit RuntimeRig(const std::function<void(v1::Task&)>& edit =
-                          [](v1::Task&) {});
+  explicit RuntimeRig(
+      const std::function<void(v1::Task&)>& edit = [](v1::Task&) {},
+      world::testing::ToyClips clips = world::testing::ToyClips::kStanding);
 
   // Folder of the toy's motion library.
   std::string library() const;
