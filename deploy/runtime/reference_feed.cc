@@ -143,11 +143,12 @@ absl::StatusOr<double> ReferenceFeed::PlayNearest(const world::BodyState& body,
   if (!nearest.has_value()) {
     constexpr const char* kNames[] = {
         "a clip that goes on for half a second",
-        "a get-up, a clip from the floor to standing",
+        "a get-up, a clip from the floor to standing,",
         "a clip that stays upright for a second"};
     return absl::NotFoundError(
         absl::StrCat("play nearest: expected the library to have ",
-                     kNames[static_cast<size_t>(among)], ", found none"));
+                     kNames[static_cast<size_t>(among)],
+                     " and is not left out, found none"));
   }
   clip_ = nearest->clip;
   frame_ = nearest->frame;

@@ -59,6 +59,9 @@ Runtime::Runtime(bundle::Bundle bundle, world::ObservationBuilder observation)
       new_target_(reader_.num_joints()) {
   const v1::Recipe recipe = bundle::TaskRecipe(bundle_.manifest);
   recovery_ = world::RecoveryLaw(recipe.task().recovery());
+  if (recipe.task().recovery().get_up_share() > 0) {
+    get_up_steps_ = recipe.task().recovery().get_up_steps();
+  }
   feed_ = std::make_unique<ReferenceFeed>(character(), recipe,
                                           builder_.frames_ahead());
   state_needs_.joints = reader_.num_joints();

@@ -39,10 +39,12 @@ namespace sinew::runtime {
 //
 // Thread-safety: one caller; any number of objects. Ownership: owns bundle,
 // library and buffers; poses are borrowed for the call. Blocking: Open and
-// LoadLibrary read files; all that is done in a control step neither allocates
-// (unless it fails) nor locks. Errors: INVALID_ARGUMENT names the number that
-// is wrong, FAILED_PRECONDITION the call that is missing, INTERNAL a policy
-// that gave numbers that are not finite; the object is then as before the call.
+// LoadLibrary read files; PlayNearest takes milliseconds, and its first call
+// for a kind of frames reads the library; all else that is done in a control
+// step neither allocates (unless it fails) nor locks. Errors: INVALID_ARGUMENT
+// names the number that is wrong, FAILED_PRECONDITION the call that is missing,
+// INTERNAL a policy that gave numbers that are not finite; the object is then
+// as before the call.
 class Runtime {
  public:
   using Align = ReferenceFeed::Align;
@@ -67,6 +69,9 @@ class Runtime {
   // needed then. The mean distance of the body from that frame, m.
   static constexpr int kMostStand = 1 << 16;
   absl::StatusOr<double> PlayNearest(const Pose& state, Among among, int stand);
+  // For how many steps a get-up's first frame stood in training; 0 where the
+  // policy has not learnt from any.
+  int get_up_steps() const { return get_up_steps_; }
   absl::Status Seek(double seconds) { return feed_->Seek(seconds); }
   // The name of the clip that plays, and the time in it of now, s; empty and 0
   // where none does.
@@ -168,6 +173,7 @@ class Runtime {
   const world::BodyReader reader_;
   const world::ActionLaw law_;
   world::RecoveryLaw recovery_;
+  int get_up_steps_ = 0;
   bool is_out_of_sight_ = false;  // the next frame, of the last Observe
   PoseNeeds state_needs_, reference_needs_;
   std::unique_ptr<ReferenceFeed> feed_;

@@ -2,6 +2,8 @@
 // its simulation, bit for bit.
 #include <mujoco/mujoco.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "sim/character/model_ptr.h"
+#include "sim/world/fallen_states.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::runtime {
@@ -26,9 +29,10 @@ using testing::RuntimeRig;
 // An actor's step, written out with the code that actors use.
 class Actor {
  public:
-  explicit Actor(const RuntimeRig& rig)
+  explicit Actor(const RuntimeRig& rig,
+                 const world::FallenStates* fallen = nullptr)
       : task_(*world::TrackingTask::Create(rig.toy.recipe, *rig.toy.character,
-                                           *rig.toy.library)),
+                                           *rig.toy.library, fallen)),
         data_(mj_makeData(rig.toy.character->model())),
         work_(task_->MakeWorkspace()),
         executor_(*policy::Executor::Create(
@@ -43,6 +47,16 @@ class Actor {
     task_->Reset(episode_, nullptr, data_.get(), absl::MakeSpan(previous),
                  work_.get());
   }
+  // In a fallen state, on a get-up.
+  void BeginFallen(int state, int stand) {
+    episode_ = {};
+    task_->Begin({.kind = v1::START_KIND_GET_UP,
+                  .fallen_state = state,
+                  .recovery_steps = stand},
+                 nullptr, data_.get(), &episode_, absl::MakeSpan(previous),
+                 work_.get());
+  }
+  const world::Episode& episode() const { return episode_; }
   void Act() {
     task_->Refresh(data_.get(), work_.get());
     const absl::Span<float> input =
@@ -136,6 +150,50 @@ TEST(RuntimeParity, FollowsAReferenceOutOfSightAsAnActorDoes) {
   for (const double away : {0.0, 6.0}) {
     SCOPED_TRACE(away);
     ExpectTheSame(rig, actor, /*clip=*/0, /*frame=*/3, away, /*steps=*/10);
+  }
+}
+
+// Elsewhere on the floor, so not bit for bit. The runtime's previous target
+// goes on from before; the actor's is where the joints are.
+TEST(RuntimeParity, ShowsAFallenBodyTheGetUpThatAnActorIsShown) {
+  RuntimeRig rig([](v1::Task&) {}, world::testing::ToyClips::kWithGetUp);
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  const auto fallen = world::FallenStates::MakeForEvaluation(
+      *rig.toy.character, rig.toy.recipe, /*count=*/3);
+  ASSERT_THAT(fallen, IsOk());
+  Actor actor(rig, &*fallen);
+  PoseBuffer pose(4);
+  for (int state = 0; state < 3; ++state) {
+    SCOPED_TRACE(state);
+    actor.BeginFallen(state, /*stand=*/4);
+    for (int step = 0; step < 10; ++step) {
+      actor.Act();
+      pose.Read(*rig.toy.character, actor.data());
+      pose.Move(Eigen::Quaterniond(std::cos(1), 0, 0, std::sin(1)),
+                Eigen::Vector3d(5, -3, 0));
+      Pose body = pose.pose();
+      body.previous_target = actor.previous.data();
+      if (step == 0) {
+        ASSERT_THAT(rig.runtime->PlayNearest(body, Runtime::Among::kGetUps, 4),
+                    IsOk());
+        ASSERT_THAT(rig.runtime->Reset(body, nullptr), IsOk());
+        EXPECT_EQ(rig.runtime->clip_name(), "sway");
+      }
+      EXPECT_NEAR(rig.runtime->clip_seconds() * 30,
+                  world::CurrentFrame(actor.episode()), 1e-6);
+
+      ASSERT_THAT(rig.runtime->Step(body, absl::MakeSpan(rig.target)), IsOk());
+
+      ASSERT_EQ(rig.runtime->observation().size(), actor.observation.size());
+      for (size_t i = 0; i < actor.observation.size(); ++i) {
+        ASSERT_NEAR(rig.runtime->observation()[i], actor.observation[i], 1e-4)
+            << i;
+      }
+      for (int j = 0; j < 4; ++j) {
+        EXPECT_NEAR(rig.target[j], actor.target[j], 1e-3) << j;
+      }
+      if (actor.Step().diverged) break;
+    }
   }
 }
 

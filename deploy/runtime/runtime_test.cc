@@ -207,6 +207,59 @@ TEST(Runtime, PlaysNearestFramesOfTheKindThatIsAskedFor) {
   EXPECT_GT(*distance, 0.05);  // the trunk of the one is 0.1 m lower
 }
 
+TEST(Runtime, FindsFramesOfTheLibraryThatIsLoaded) {
+  RuntimeRig rig;
+  const RuntimeRig other([](v1::Task&) {},
+                         world::testing::ToyClips::kWithGetUp);
+  ASSERT_THAT(rig.runtime->LoadLibrary(other.library()), IsOk());
+  const MovedBody low(rig, "sway", 0);
+  const auto play = [&](Runtime::Among among) {
+    return rig.runtime->PlayNearest(low.pose(), among, 0).status();
+  };
+  ASSERT_THAT(play(Runtime::Among::kGetUps), IsOk());
+
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+
+  EXPECT_THAT(play(Runtime::Among::kGetUps),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("a get-up")));
+}
+
+// Whose place in the plane is the reference's, and whose height is its soles'.
+TEST(Runtime, PlaysFromTheNearestFrameOfABodyThatKnowsNoPlace) {
+  RuntimeRig rig;
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  const MovedBody body(rig, "turn", 9 / 30.0);
+  Pose imu = body.pose();
+  imu.root_position = nullptr;
+  imu.root_linear_velocity = nullptr;
+  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kToBody), IsOk());
+
+  const auto distance =
+      rig.runtime->PlayNearest(imu, Runtime::Among::kUpright, 0);
+
+  ASSERT_THAT(distance, IsOk());
+  EXPECT_LT(*distance, 0.05);
+  EXPECT_EQ(rig.runtime->clip_name(), "turn");
+  // No alignment is left for the reset, which would turn it away.
+  ASSERT_THAT(rig.runtime->Reset(imu, nullptr), IsOk());
+  PoseBuffer now(4);
+  ASSERT_THAT(rig.runtime->ReadReference(0, &now), IsOk());
+  double same = 0;  // of unit quaternions
+  for (int i = 0; i < 4; ++i) {
+    same += now.pose().root_rotation[i] * body.pose().root_rotation[i];
+  }
+  EXPECT_GT(std::abs(same), 0.99);
+}
+
+TEST(Runtime, SaysHowLongGetUpsStoodInItsTraining) {
+  EXPECT_EQ(RuntimeRig().runtime->get_up_steps(), 0);
+  const RuntimeRig rig([](v1::Task& task) {
+    task.mutable_recovery()->set_get_up_share(0.5);
+    task.mutable_recovery()->set_get_up_steps(12);
+  });
+  EXPECT_EQ(rig.runtime->get_up_steps(), 12);
+}
+
 TEST(Runtime, SaysWhyNoFrameIsNearest) {
   RuntimeRig rig;
   Simulation body(*rig.runtime);
@@ -219,7 +272,7 @@ TEST(Runtime, SaysWhyNoFrameIsNearest) {
   EXPECT_EQ(rig.runtime->clip_name(), "");
   EXPECT_EQ(rig.runtime->clip_seconds(), 0);
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
+  ASSERT_THAT(rig.runtime->Play("sway", 0.2, Runtime::Align::kNone), IsOk());
   EXPECT_THAT(play(Runtime::Among::kGetUps, 0),
               StatusIs(absl::StatusCode::kNotFound,
                        HasSubstr("expected the library to have a get-up")));
@@ -227,6 +280,7 @@ TEST(Runtime, SaysWhyNoFrameIsNearest) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "stand: expected 0 to 65536 steps, found -1"));
   EXPECT_EQ(rig.runtime->clip_name(), "sway");
+  EXPECT_NEAR(rig.runtime->clip_seconds(), 0.2, 1e-9);
 }
 
 TEST(Runtime, EstimatesWhatAnImuCannotGive) {

@@ -162,6 +162,12 @@ int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                                                     : Runtime::Align::kNone));
 }
 
+static_assert(SINEW_AMONG_ALL == static_cast<int>(Runtime::Among::kAll) &&
+              SINEW_AMONG_GET_UPS ==
+                  static_cast<int>(Runtime::Among::kGetUps) &&
+              SINEW_AMONG_UPRIGHT ==
+                  static_cast<int>(Runtime::Among::kUpright));
+
 int sinew_play_nearest(sinew_runtime* runtime, const sinew_pose* state,
                        int among, int stand, double* distance) {
   if (state == nullptr) return Null(runtime, "state");
@@ -174,6 +180,10 @@ int sinew_play_nearest(sinew_runtime* runtime, const sinew_pose* state,
       *state, static_cast<Runtime::Among>(among), stand);
   if (found.ok()) Copy(&*found, 1, distance);
   return runtime->Result(found.status());
+}
+
+int sinew_get_up_steps(const sinew_runtime* runtime) {
+  return runtime->runtime->get_up_steps();
 }
 
 const char* sinew_clip_playing(const sinew_runtime* runtime) {

@@ -22,12 +22,13 @@
  * of sinew_joint_name(). J joints, F feet.
  *
  * Thread-safety: one thread per handle. Blocking: sinew_open and
- * sinew_load_library read files, sinew_play_nearest the library at first; all
- * else computes for well under a
- * millisecond and takes nothing from the heap unless it fails. Errors: a
- * function that returns int returns 0, or -1 with the reason in sinew_error(),
- * which names the field, what was expected and what was found; the handle is
- * then as it was before the call.
+ * sinew_load_library read files; sinew_play_nearest compares the body with up
+ * to 32768 frames, which takes milliseconds, and reads them at its first call
+ * for a kind, which may take a second and is better done before the loop; all
+ * else computes for well under a millisecond and takes nothing from the heap
+ * unless it fails. Errors: a function that returns int returns 0, or -1 with
+ * the reason in sinew_error(), which names the field, what was expected and
+ * what was found; the handle is then as it was before the call.
  */
 #ifndef SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
 #define SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
@@ -107,16 +108,21 @@ enum {
   SINEW_AMONG_UPRIGHT = 2  /* those from which a body is upright for a second */
 };
 /* Plays from the frame that is nearest to the body, moved over the floor to
- * where it is and heads. That frame stands for `stand` (>= 0) steps before the
- * clip goes on; for a policy that has learnt to get up, as many as its recipe's
- * task.recovery.get_up_steps. An episode that has begun goes on, else
- * sinew_reset. `distance`, or NULL: how far the body is off that frame, m, mean
- * over the tracked bodies. Where the body is not on its feet, give the state's
- * root_position. The first call for each kind of frames reads the library. */
+ * where it is and heads. That frame stands for `stand` steps (0 to 65536)
+ * before the clip goes on, unless sinew_seek moves it: sinew_reference then
+ * shows what comes once it goes on. An episode that has begun goes on, and so
+ * does its previous target; else sinew_reset. `distance`, or NULL: how far the
+ * body is off that frame, m, mean over the tracked bodies; where it is too far
+ * to be followed, 0.5 m say, the body has fallen. Where the body is not on its
+ * feet, give the state's root_position and root_linear_velocity. */
 int sinew_play_nearest(sinew_runtime* runtime, const sinew_pose* state,
                        int among, int stand, double* distance);
-/* The clip that plays, NULL if none does, and the time in it of now, s; of a
- * looping clip time counts on. */
+/* For how many steps the first frame of a get-up stood when the policy learnt
+ * to follow one; 0: it has not. */
+int sinew_get_up_steps(const sinew_runtime* runtime);
+/* The clip that plays, NULL if none does, until a library is loaded or the
+ * handle closed; and the time in it of now, s, which counts on where it loops.
+ */
 const char* sinew_clip_playing(const sinew_runtime* runtime);
 double sinew_clip_seconds(const sinew_runtime* runtime);
 /* Moves on in the clip that plays, e.g. after missed steps. */

@@ -116,6 +116,7 @@ TEST(CInterface, PlaysFromTheNearestFrame) {
             -1);
   EXPECT_THAT(sinew_error(handle.policy),
               HasSubstr("among: expected one of SINEW_AMONG_..., found 3"));
+  EXPECT_EQ(sinew_get_up_steps(handle.policy), 0);
   EXPECT_EQ(sinew_play_nearest(handle.policy, nullptr, 0, 0, &distance), -1);
   EXPECT_THAT(sinew_error(handle.policy), HasSubstr("state"));
 }

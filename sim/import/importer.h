@@ -52,7 +52,8 @@ struct ImportOptions {
   // mirror image of each as a clip of its own, NAME_mirror.
   EditOptions edits = {};
   // With edits.mirror: of the clips of files within these paths alone
-  // (credit.h), each of which must have a file of the import; empty: of all.
+  // (credit.h), of a blend where one of its files is; each path must have a
+  // file of the import. Empty: of all.
   std::vector<std::string> mirror_within = {};
   // Clips that are made of two files each; those files are clips of their own
   // only if they are among the files as well.

@@ -138,6 +138,9 @@ TEST_F(ImporterTest, MirrorsOnlyWhatLiesWithinThePathsThatItIsGiven) {
 
   options_.mirror_within = {TestPath("")};
   EXPECT_EQ(Import({left, right}, "some")->num_clips(), 4);
+  options_.mirror_within = {left};
+  EXPECT_EQ(Import({left, right}, "some")->clip(1).name(), "left_mirror");
+  EXPECT_EQ(Import({left, right}, "some")->num_clips(), 3);
 
   const auto refusal = [&] {
     return ImportFiles(*character_, {left, right}, options_,

@@ -90,6 +90,25 @@ TEST_F(MotionCommandTest, CreditsFilesByPath) {
   EXPECT_THAT(printed_, AllOf(HasSubstr("a dancer"), HasSubstr("CC BY 4.0")));
 }
 
+TEST_F(MotionCommandTest, MirrorsAllOrSomeOfTheFiles) {
+  const std::string one =
+      WriteTestFile("one.txt", import::testing::MarchJson());
+  const std::string two =
+      WriteTestFile("two.txt", import::testing::MarchJson(0.01));
+  const std::string out = TestPath("mirrors");
+
+  ASSERT_THAT(Run({"import", "--out", out, "--no-html", "--mirror-within", two,
+                   one, two}),
+              IsOk());
+
+  ASSERT_THAT(Run({"inspect", out}), IsOk());
+  EXPECT_THAT(printed_, AllOf(HasSubstr("3 clips"), HasSubstr("two_mirror"),
+                              Not(HasSubstr("one_mirror"))));
+  EXPECT_THROW(static_cast<void>(Run({"import", "--out", out, "--mirror",
+                                      "--mirror-within", two, one, two})),
+               CLI::ExcludesError);
+}
+
 TEST_F(MotionCommandTest, FailsWhereNoFileCanBeImportedButSaysWhy) {
   EXPECT_THAT(Run({"import", "--out", TestPath("library"),
                    WriteTestFile("bad.txt", "{}")}),

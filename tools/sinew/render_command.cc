@@ -164,7 +164,7 @@ void AddRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_flag("--get-up", options->get_up,
                  "with --fallen-state: the reference is the library's nearest "
-                 "get-up")
+                 "get-up and what the body goes on with")
       ->needs("--fallen-state");
   command->add_option("--out", options->out, "folder, .png or .mp4 file")
       ->required();

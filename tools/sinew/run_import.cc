@@ -210,9 +210,11 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
                                        "add its mirror image, as NAME_mirror")
                             ->group(group);
   command
-      ->add_option("--mirror-within", flags->mirror_within,
-                   "PATH: add the mirror image of one file, or of all below a "
-                   "folder, alone; may be given several times")
+      ->add_option(
+          "--mirror-within", flags->mirror_within,
+          "PATH: add the mirror image of one file, or of all below a "
+          "folder, alone (of a blend where one of its two is); may be given "
+          "several times")
       ->allow_extra_args(false)
       ->excludes(mirror)
       ->group(group);
