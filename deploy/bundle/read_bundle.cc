@@ -97,6 +97,8 @@ v1::Recipe TaskRecipe(const v1::BundleManifest& manifest) {
   recipe.set_format_version(1);
   *recipe.mutable_physics() = manifest.physics();
   *recipe.mutable_task() = manifest.task();
+  // Of training alone; there must be one where starts followed evaluations.
+  recipe.mutable_evaluation()->set_interval(1);
   return WithDefaults(std::move(recipe));
 }
 

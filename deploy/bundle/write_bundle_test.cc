@@ -112,6 +112,21 @@ TEST(WriteBundle, GivesBackTheRecipeOfItsTask) {
   EXPECT_THAT(recipe.physics(), EqualsProto(Toy().recipe.physics()));
 }
 
+// A rule of starts that a recipe may have only beside evaluations.
+TEST(WriteBundle, TakesPoliciesWhoseStartsFollowedEvaluations) {
+  for (const v1::Start::Rule rule :
+       {v1::Start::RULE_PHC_SOFT, v1::Start::RULE_PHC_HARD}) {
+    BundleContent content = testing::ToyContent(Toy());
+    content.manifest.mutable_task()->mutable_start()->set_rule(rule);
+
+    ASSERT_THAT(WriteBundle(content, TestPath("phc")), IsOk());
+
+    const auto bundle = ReadBundle(TestPath("phc"));
+    ASSERT_THAT(bundle, IsOk());
+    EXPECT_EQ(TaskRecipe(bundle->manifest).task().start().rule(), rule);
+  }
+}
+
 TEST(WriteBundle, SameContentGivesSameBytes) {
   const std::string a = WriteToy("a");
   const std::string b = WriteToy("b");
