@@ -1,5 +1,6 @@
 #include "sim/world/get_up_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -11,22 +12,27 @@ double UprightRootHeight(const character::Character& character) {
 
 std::vector<StartFrame> GetUpFrames(const v1::Start& recipe,
                                     const character::Character& character,
-                                    const motion::Library& library) {
-  const double height = UprightRootHeight(character);
-  const auto is_low = [&](int32_t clip, int32_t frame) {
-    return library.frame(clip, frame).root_position[2] < height;
-  };
+                                    const motion::Library& library,
+                                    double rise_share) {
+  const double upright = UprightRootHeight(character);
+  const double rise = rise_share * character.proto().standing_root_height();
   std::vector<StartFrame> low;
   for (int32_t clip = 0; clip < library.num_clips(); ++clip) {
     const v1::ClipInfo& info = library.clip(clip);
-    const auto frames = static_cast<int32_t>(info.num_frames());
-    if (!IsDrawn(recipe, info) || info.loops() || !is_low(clip, 0) ||
-        is_low(clip, frames - 1)) {
+    const auto height = [&](int64_t frame) {
+      return library.frame(clip, frame).root_position[2];
+    };
+    if (!IsDrawn(recipe, info) || info.loops() || height(0) >= upright ||
+        height(info.num_frames() - 1) < upright) {
       continue;
     }
-    for (int32_t frame = 0; frame < frames; ++frame) {
-      if (is_low(clip, frame)) low.push_back({.clip = clip, .frame = frame});
-    }
+    const double left = std::min(upright, height(0) + rise);
+    // The first one belongs to it even if no rise at all is allowed.
+    int32_t frame = 0;
+    do {
+      low.push_back({.clip = clip, .frame = frame});
+      ++frame;
+    } while (height(frame) < left);
   }
   return low;
 }

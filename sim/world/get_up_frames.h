@@ -17,15 +17,22 @@ inline constexpr double kUprightShare = 0.8;
 // Height of the root, m, at or above which a character is upright.
 double UprightRootHeight(const character::Character& character);
 
-// The frames of a library that lead from the floor to standing: those of its
-// get-ups in which the character is not upright, in the order of clip and
-// frame. A get-up is a clip that IsDrawn (start.h) by `recipe`, does not loop,
-// begins lower than upright and ends upright.
+// Share of the standing root height by which the root has risen from where a
+// get-up began once the body has left the floor.
+inline constexpr double kRiseShare = 0.2;
+
+// The frames of a library at which a body at rest on the floor can begin to get
+// up: those of its get-ups from the first one on until the root has risen by
+// `rise_share` (>= 0) of its standing height or is upright, in the order of
+// clip and frame. Later ones may show a body that lies, but live by its
+// momentum. A get-up is a clip that IsDrawn (start.h) by `recipe`, does not
+// loop, begins lower than upright and ends upright.
 //
-// Pure function; reads every frame of the get-ups once. Errors: none.
+// Pure function; reads these frames of the get-ups once. Errors: none.
 std::vector<StartFrame> GetUpFrames(const v1::Start& recipe,
                                     const character::Character& character,
-                                    const motion::Library& library);
+                                    const motion::Library& library,
+                                    double rise_share = kRiseShare);
 
 // For how long a body that has got up can go on at least, s, before its clip
 // ends or leads down again.

@@ -30,6 +30,18 @@ TEST(GetUpFrames, AreThoseBelowUprightOfClipsThatEndUpright) {
   }
 }
 
+TEST(GetUpFrames, EndWhereTheBodyLeavesTheFloor) {
+  const testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
+  const auto count = [&](double rise_share) {
+    return GetUpFrames({}, *toy.character, *toy.library, rise_share).size();
+  };
+
+  // It rises by 0.23 m/s; 0.05 of 0.44 m takes 2.9 frames.
+  EXPECT_EQ(count(0.05), 3);
+  EXPECT_EQ(count(0), 1);
+  EXPECT_EQ(count(1), 7);  // as all that is not upright
+}
+
 TEST(GetUpFrames, AreOfClipsThatStartsAreDrawnFrom) {
   const testing::ToyWorld toy = MakeToyWorld(ToyRecipe(), ToyClips::kWithGetUp);
   v1::Start recipe;
