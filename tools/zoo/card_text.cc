@@ -152,8 +152,12 @@ std::string ReproduceChapter(const CardFacts& facts) {
                     "    ./sinew eval --bundle RUN/bundle --motions LIB "
                     "--starts ",
                     NumberAt(facts.evaluation, {"starts_per_clip"}),
-                    " --seconds ", NumberAt(facts.evaluation, {"seconds"}),
-                    " --out eval.json\n");
+                    " --seconds ", NumberAt(facts.evaluation, {"seconds"}));
+    if (facts.evaluation.contains("fallen")) {
+      absl::StrAppend(&text, " --fallen ",
+                      NumberAt(facts.evaluation, {"fallen", "starts"}));
+    }
+    absl::StrAppend(&text, " --out eval.json\n");
   }
   absl::StrAppend(
       &text,

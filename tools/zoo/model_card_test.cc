@@ -266,7 +266,8 @@ TEST_F(ModelCardTest, ShowsFallenFiguresWithoutThoseOfTheZeroAction) {
   const auto card = Card();
 
   ASSERT_THAT(card, IsOk());
-  EXPECT_THAT(*card, HasSubstr("(zero action: 0.0 %, 0.0 %)"));
+  EXPECT_THAT(*card, AllOf(HasSubstr("(zero action: 0.0 %, 0.0 %)"),
+                           HasSubstr("--fallen 8 --out eval.json")));
 }
 
 TEST_F(ModelCardTest, ShowsFiguresOfGetUpsWhereThereAreAny) {
