@@ -1,5 +1,6 @@
 #include "deploy/runtime/simulation.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -42,6 +43,15 @@ absl::Status Simulation::Start(Runtime& policy) {
   previous_target_.assign(policy.previous_target().begin(),
                           policy.previous_target().end());
   return absl::OkStatus();
+}
+
+void Simulation::Place(absl::Span<const double> qpos) {
+  SINEW_CHECK(qpos.size() == static_cast<size_t>(character_.model()->nq));
+  mj_resetData(character_.model(), data_.get());
+  std::copy(qpos.begin(), qpos.end(), data_->qpos);
+  pose_.Read(character_, *data_);
+  std::copy_n(pose_.pose().joint_position, previous_target_.size(),
+              previous_target_.begin());
 }
 
 absl::Status Simulation::Step() {

@@ -32,6 +32,10 @@ class Simulation {
   // Puts the body into the pose of the policy's clip now, resets the policy.
   absl::Status Start(Runtime& policy);
 
+  // Puts the body, at rest, into a pose of the model, [nq]. A policy that is to
+  // move it from there wants a reference, then a Reset.
+  void Place(absl::Span<const double> qpos);
+
   // The state; valid until the next call of a method that is not const.
   const Pose& pose() const { return pose_.pose(); }
   // Where the policy's targets go, [J] rad.
