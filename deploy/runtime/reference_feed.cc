@@ -10,6 +10,7 @@
 #include "sim/motion/rotation.h"
 #include "sim/world/get_up_frames.h"
 #include "sim/world/task_check.h"
+#include "sim/world/termination.h"
 
 namespace sinew::runtime {
 namespace {
@@ -158,11 +159,8 @@ absl::StatusOr<double> ReferenceFeed::PlayNearest(const world::BodyState& body,
   AlignTo(body.position[0].data(), root);
   reader_.Read(RowOfNow(), &reference_);
   Transform(&reference_);
-  double sum = 0;
-  for (size_t b = 0; b < body.position.size(); ++b) {
-    sum += (body.position[b] - reference_.position[b]).norm();
-  }
-  return sum / static_cast<double>(body.position.size());
+  return world::MeasureDistances(body, reference_, character_.terminating())
+      .mean;
 }
 
 absl::Status ReferenceFeed::Seek(double seconds) {

@@ -39,8 +39,8 @@ class ReferenceFeed {
  public:
   enum class Align { kNone, kToBody };
   // Frames of clips that are not left out: all that a clip goes on from for a
-  // while, those of get-ups below upright, those that stay upright for a second
-  // (nearest_frame.h, get_up_frames.h).
+  // while, those of get-ups before they leave the floor, those that stay
+  // upright for a second (nearest_frame.h, get_up_frames.h).
   enum class Among { kAll, kGetUps, kUpright };
 
   // `task` has its defaults filled; `control_hz` is the rate of frames.

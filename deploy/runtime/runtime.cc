@@ -59,9 +59,6 @@ Runtime::Runtime(bundle::Bundle bundle, world::ObservationBuilder observation)
       new_target_(reader_.num_joints()) {
   const v1::Recipe recipe = bundle::TaskRecipe(bundle_.manifest);
   recovery_ = world::RecoveryLaw(recipe.task().recovery());
-  if (recipe.task().recovery().get_up_share() > 0) {
-    get_up_steps_ = recipe.task().recovery().get_up_steps();
-  }
   feed_ = std::make_unique<ReferenceFeed>(character(), recipe,
                                           builder_.frames_ahead());
   state_needs_.joints = reader_.num_joints();
@@ -118,6 +115,11 @@ absl::StatusOr<double> Runtime::PlayNearest(const Pose& state, Among among,
   }
   PlaceBody(state);
   return feed_->PlayNearest(body_, among, stand);
+}
+
+int Runtime::get_up_steps() const {
+  const v1::Recovery& recovery = bundle_.manifest.task().recovery();
+  return recovery.get_up_share() > 0 ? recovery.get_up_steps() : 0;
 }
 
 absl::string_view Runtime::clip_name() const {

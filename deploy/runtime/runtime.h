@@ -71,7 +71,7 @@ class Runtime {
   absl::StatusOr<double> PlayNearest(const Pose& state, Among among, int stand);
   // For how many steps a get-up's first frame stood in training; 0 where the
   // policy has not learnt from any.
-  int get_up_steps() const { return get_up_steps_; }
+  int get_up_steps() const;
   absl::Status Seek(double seconds) { return feed_->Seek(seconds); }
   // The name of the clip that plays, and the time in it of now, s; empty and 0
   // where none does.
@@ -173,7 +173,6 @@ class Runtime {
   const world::BodyReader reader_;
   const world::ActionLaw law_;
   world::RecoveryLaw recovery_;
-  int get_up_steps_ = 0;
   bool is_out_of_sight_ = false;  // the next frame, of the last Observe
   PoseNeeds state_needs_, reference_needs_;
   std::unique_ptr<ReferenceFeed> feed_;

@@ -103,8 +103,8 @@ int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
  * that a body can go on from. */
 enum {
   SINEW_AMONG_ALL = 0,     /* all that are followed by half a second */
-  SINEW_AMONG_GET_UPS = 1, /* those of clips from the floor to standing, up to
-                              where the body is upright */
+  SINEW_AMONG_GET_UPS = 1, /* those of clips from the floor to standing, until
+                              the body leaves the floor */
   SINEW_AMONG_UPRIGHT = 2  /* those from which a body is upright for a second */
 };
 /* Plays from the frame that is nearest to the body, moved over the floor to
