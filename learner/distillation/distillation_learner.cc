@@ -257,6 +257,7 @@ DistillationLearner::Create(const v1::Recipe& recipe, const Options& options) {
            .shard_rows = distillation.minibatch() / distillation.shards(),
            .steps = full.rollouts().horizon(),
            .form = distillation.form(),
+           .bfloat16 = distillation.bfloat16(),
            .action_scale = options.action_scale}));
   return std::make_unique<Distillation>(full, options, std::move(student.graph),
                                         std::move(networks));

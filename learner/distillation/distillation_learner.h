@@ -66,7 +66,8 @@ class DistillationLearner : public Learner {
     std::function<absl::Status(v1::PolicyGraph&, TensorMap&)> add_graphs = {};
   };
   // INVALID_ARGUMENT names what does not fit: the recipe, widths, the teacher's
-  // widths, layout or scales. FAILED_PRECONDITION for "cuda" without a device.
+  // widths, layout or scales. FAILED_PRECONDITION for "cuda" without a
+  // device and for bfloat16 on a CPU without it.
   static absl::StatusOr<std::unique_ptr<DistillationLearner>> Create(
       const v1::Recipe& recipe, const Options& options);
 };

@@ -147,13 +147,16 @@ class Networks final : public DistillationNetworks {
 absl::Status Networks::Initialise() {
   std::vector<std::string> inputs = {kObservation};
   if (!graph_.noise.empty()) inputs.push_back(graph_.noise);
-  SINEW_ASSIGN_OR_RETURN(network_,
-                         TrainedNetwork::Create(graph_.all,
-                                                {.graph_name = graph_.name,
-                                                 .inputs = std::move(inputs),
-                                                 .outputs = graph_.outputs,
-                                                 .shards = options_.shards},
-                                                parameters_.Views(), device_));
+  SINEW_ASSIGN_OR_RETURN(
+      network_, TrainedNetwork::Create(
+                    graph_.all,
+                    {.graph_name = graph_.name,
+                     .inputs = std::move(inputs),
+                     .outputs = graph_.outputs,
+                     .precision = options_.bfloat16 ? Precision::kBfloat16
+                                                    : Precision::kFloat32,
+                     .shards = options_.shards},
+                    parameters_.Views(), device_));
   scale_ = HostView(absl::MakeConstSpan(options_.action_scale),
                     {graph_.action_width}, at::kDouble)
                .clone()
@@ -225,6 +228,10 @@ absl::StatusOr<std::unique_ptr<DistillationNetworks>>
 DistillationNetworks::Create(const v1::PolicyGraph& graph,
                              const TensorMap& weights, const Options& options) {
   SINEW_RETURN_IF_ERROR(CheckDevice(options.device));
+  if (options.bfloat16) {
+    SINEW_RETURN_IF_ERROR(
+        CheckBfloat16(DetectCpu(), options.device, "distillation.bfloat16"));
+  }
   SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph, weights));
   SINEW_ASSIGN_OR_RETURN(TrainingGraph training, MakeTrainingGraph(graph));
   SINEW_RETURN_IF_ERROR(CheckOptions(options, training));

@@ -27,7 +27,8 @@ namespace sinew::learner {
 //
 // Thread-safety: as above. Each thread has called UseOneThread. Ownership: owns
 //   all tensors. Blocking: computes. Errors: INVALID_ARGUMENT at Create and
-//   Load; INTERNAL with libtorch's message else. Non-finite numbers pass
+//   Load, FAILED_PRECONDITION at Create for bfloat16 on a CPU without it;
+//   INTERNAL with libtorch's message else. Non-finite numbers pass
 //   through: the caller looks at losses and norms.
 class DistillationNetworks {
  public:
@@ -37,6 +38,7 @@ class DistillationNetworks {
     int64_t shard_rows = 1;  // whole sequences
     int64_t steps = 1;       // of a sequence
     v1::Distillation::Form form = v1::Distillation::FORM_CODE;
+    bool bfloat16 = false;             // products
     std::vector<double> action_scale;  // [A] rad per unit of action
   };
 

@@ -34,7 +34,8 @@ std::vector<float> Draw(uint64_t seed, int64_t size) {
 // Two shards of two sequences each.
 struct Fixture {
   explicit Fixture(const v1::Recipe& recipe,
-                   const std::vector<double>& action_scale = {0.5, 0.25})
+                   const std::vector<double>& action_scale = {0.5, 0.25},
+                   bool bfloat16 = false)
       : student(*MakeStudent(recipe, kObservation, kOwn, kAction)) {
     UseOneThread();
     auto created =
@@ -43,6 +44,7 @@ struct Fixture {
                                       .shard_rows = kRows,
                                       .steps = kHorizon,
                                       .form = recipe.distillation().form(),
+                                      .bfloat16 = bfloat16,
                                       .action_scale = action_scale});
     EXPECT_THAT(created.status(), IsOk());
     networks = *std::move(created);
@@ -130,6 +132,51 @@ TEST(DistillationNetworks, HaveTheGradientOfDifferencesInCodeForm) {
 
 TEST(DistillationNetworks, HaveTheGradientOfDifferencesWithoutALatent) {
   ExpectGradientsOfDifferences(PlainStudentRecipe());
+}
+
+// Cosine of the angle between two gradients.
+double Alignment(const TensorMap& a, const TensorMap& b) {
+  double product = 0, squares_a = 0, squares_b = 0;
+  for (const auto& [name, tensor] : a) {
+    const absl::Span<const float> other = b.at(name).float32();
+    for (int64_t i = 0; i < tensor.num_elements(); ++i) {
+      const double value = tensor.float32()[i];
+      product += value * other[i];
+      squares_a += value * value;
+      squares_b += other[i] * other[i];
+    }
+  }
+  return product / std::sqrt(squares_a * squares_b);
+}
+
+TEST(DistillationNetworks, HaveNearlyTheSameGradientInBfloat16) {
+  const std::vector<double> scale = {0.5, 0.25};
+  const CpuFeatures cpu = DetectCpu();
+  if (!cpu.avx512_bf16 && !cpu.amx_bf16) {
+    const Student student =
+        *MakeStudent(StudentRecipe(), kObservation, kOwn, kAction);
+    EXPECT_THAT(DistillationNetworks::Create(student.graph, student.weights,
+                                             {.shard_rows = 8,
+                                              .steps = 8,
+                                              .bfloat16 = true,
+                                              .action_scale = scale})
+                    .status(),
+                StatusIs(absl::StatusCode::kFailedPrecondition,
+                         HasSubstr("recipe field distillation.bfloat16")));
+    return;
+  }
+  Fixture exact(StudentRecipe(), scale);
+  Fixture rounded(StudentRecipe(), scale, /*bfloat16=*/true);
+
+  const double loss = exact.Loss();
+  EXPECT_NEAR(rounded.Loss(), loss, 0.01 * loss);
+  ASSERT_THAT(exact.networks->SumGradients().status(), IsOk());
+  ASSERT_THAT(rounded.networks->SumGradients().status(), IsOk());
+
+  const double alignment =
+      Alignment(exact.networks->gradient(), rounded.networks->gradient());
+  EXPECT_GT(alignment, 0.999);
+  EXPECT_LT(alignment, 1 - 1e-9);  // it is not float32
 }
 
 TEST(DistillationNetworks, TrainEncoderPriorAndDecoder) {

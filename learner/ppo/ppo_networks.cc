@@ -375,7 +375,8 @@ absl::StatusOr<std::unique_ptr<PpoNetworks>> PpoNetworks::Create(
     const Options& options) {
   SINEW_RETURN_IF_ERROR(CheckDevice(options.device));
   if (options.bfloat16) {
-    SINEW_RETURN_IF_ERROR(CheckBfloat16(DetectCpu(), options.device));
+    SINEW_RETURN_IF_ERROR(
+        CheckBfloat16(DetectCpu(), options.device, "ppo.bfloat16"));
   }
   SINEW_RETURN_IF_ERROR(policy::ValidateGraph(graph, weights));
   SINEW_ASSIGN_OR_RETURN(TrainingGraph policy, MakeTrainingGraph(graph));

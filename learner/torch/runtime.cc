@@ -72,13 +72,15 @@ CpuFeatures DetectCpu() {
   return features;
 }
 
-absl::Status CheckBfloat16(const CpuFeatures& cpu, const std::string& device) {
+absl::Status CheckBfloat16(const CpuFeatures& cpu, const std::string& device,
+                           absl::string_view field) {
   if (device == "cuda" || cpu.avx512_bf16 || cpu.amx_bf16) {
     return absl::OkStatus();
   }
   return absl::FailedPreconditionError(
-      "recipe field ppo.bfloat16: asked for bfloat16 products, found a CPU "
-      "with neither avx512_bf16 nor amx_bf16");
+      absl::StrCat("recipe field ", field,
+                   ": asked for bfloat16 products, found a CPU with "
+                   "neither avx512_bf16 nor amx_bf16"));
 }
 
 double PlainMatmulFlops() {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 
 namespace sinew::learner {
 
@@ -30,8 +31,10 @@ struct CpuFeatures {
 CpuFeatures DetectCpu();
 
 // OK if the CPU multiplies bfloat16 itself, or the device is "cuda".
-// FAILED_PRECONDITION else: emulation would be many times slower than float32.
-absl::Status CheckBfloat16(const CpuFeatures& cpu, const std::string& device);
+// FAILED_PRECONDITION else, with the recipe's `field` that asked: emulation
+// would be many times slower than float32.
+absl::Status CheckBfloat16(const CpuFeatures& cpu, const std::string& device,
+                           absl::string_view field);
 
 // Best plain float32 matrix product of this library on the calling thread,
 // FLOP/s: the largest over a few square and tall shapes, each timed several

@@ -10,6 +10,7 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(Runtime, KnowsTheCpu) {
@@ -25,12 +26,14 @@ TEST(Runtime, RefusesAnUnknownDeviceByName) {
 }
 
 TEST(Runtime, RefusesBfloat16WhereTheCpuLacksIt) {
-  EXPECT_THAT(CheckBfloat16({}, "cpu"),
+  EXPECT_THAT(CheckBfloat16({}, "cpu", "ppo.bfloat16"),
               StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("neither avx512_bf16 nor amx_bf16")));
-  EXPECT_THAT(CheckBfloat16({.avx512_bf16 = true}, "cpu"), IsOk());
-  EXPECT_THAT(CheckBfloat16({.amx_bf16 = true}, "cpu"), IsOk());
-  EXPECT_THAT(CheckBfloat16({}, "cuda"), IsOk());
+                       AllOf(HasSubstr("recipe field ppo.bfloat16"),
+                             HasSubstr("neither avx512_bf16 nor amx_bf16"))));
+  EXPECT_THAT(CheckBfloat16({.avx512_bf16 = true}, "cpu", "ppo.bfloat16"),
+              IsOk());
+  EXPECT_THAT(CheckBfloat16({.amx_bf16 = true}, "cpu", "ppo.bfloat16"), IsOk());
+  EXPECT_THAT(CheckBfloat16({}, "cuda", "ppo.bfloat16"), IsOk());
 }
 
 }  // namespace

@@ -91,8 +91,8 @@ absl::StatusOr<LearnerRatios> MeasureLearner(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(const auto two, create(2));
   std::unique_ptr<learner::PpoLearner> bfloat16;
   LearnerRatios ratios;
-  const absl::Status has_bfloat16 =
-      learner::CheckBfloat16(learner::DetectCpu(), full.device());
+  const absl::Status has_bfloat16 = learner::CheckBfloat16(
+      learner::DetectCpu(), full.device(), "ppo.bfloat16");
   ratios.bfloat16_reason = std::string(has_bfloat16.message());
   if (has_bfloat16.ok()) {
     full.mutable_ppo()->set_bfloat16(true);
