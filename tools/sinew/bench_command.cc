@@ -21,6 +21,7 @@
 #include "sim/world/fallen_states.h"
 #include "tools/bench/actor_figures.h"
 #include "tools/bench/actor_memory.h"
+#include "tools/bench/distillation_figures.h"
 #include "tools/bench/learner_figures.h"
 #include "tools/bench/teacher_figures.h"
 #include "tools/bench/transport_figures.h"
@@ -36,6 +37,8 @@ constexpr int kEnvironments = 256;
 constexpr int kMinibatch = 4096;
 constexpr int kLearnerEnvironments = 128;
 constexpr int kLearnerOrders = 16;
+// Of a student, per update of a learner.
+constexpr int kMinibatchesOfUpdate = 8;
 
 struct BenchOptions {
   std::string out;
@@ -178,6 +181,36 @@ absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
   return section;
 }
 
+// Minibatches of a student: the recipe's, or, of one that does not distil,
+// pulse's.
+absl::StatusOr<Json> DistillationSection(const BenchOptions& options,
+                                         const actor::RolloutAssets& assets) {
+  v1::Recipe recipe = assets.recipe();
+  if (!recipe.has_distillation()) {
+    SINEW_ASSIGN_OR_RETURN(recipe, LoadRecipe("pulse", {}));
+  }
+  SINEW_ASSIGN_OR_RETURN(
+      const bench::DistillationFigures figures,
+      bench::MeasureDistillation(
+          recipe,
+          {.observation = assets.task().observation_width(),
+           .self_observation = assets.task().self_observation_width(),
+           .action = assets.task().action_width()},
+          kMinibatchesOfUpdate * options.updates));
+  Json section = {{"minibatch", recipe.distillation().minibatch()},
+                  {"rows_per_s", figures.rows_per_s},
+                  {"flops_per_s", figures.flops_per_s}};
+  if (figures.bfloat16_ratio.has_value()) {
+    section["bfloat16_ratio"] = *figures.bfloat16_ratio;
+  } else {
+    section["bfloat16_ratio"] = nullptr;
+    section["bfloat16_reason"] = figures.bfloat16_reason;
+  }
+  absl::FPrintF(stderr, "distillation: %.0f rows/s on one thread\n",
+                figures.rows_per_s);
+  return section;
+}
+
 // Segments of this task through replay, beside the rate at which two threads of
 // actors make them.
 absl::StatusOr<Json> TransportSection(const actor::RolloutAssets& assets,
@@ -258,6 +291,9 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
                          ActorSection(options, assets, snapshot));
   if (stop.stop_requested()) return absl::CancelledError("bench stopped");
   SINEW_ASSIGN_OR_RETURN(result["learner"], LearnerSection(options, *assets));
+  if (stop.stop_requested()) return absl::CancelledError("bench stopped");
+  SINEW_ASSIGN_OR_RETURN(result["distillation"],
+                         DistillationSection(options, *assets));
   SINEW_ASSIGN_OR_RETURN(
       result["transport"],
       TransportSection(*assets,
