@@ -222,7 +222,10 @@ void CheckExcluded(const v1::Recipe& recipe, FieldChecker& check) {
                 "set");
   const v1::Ppo& ppo = recipe.ppo();
   check.Require(!ppo.mirror(), "ppo.mirror", kUnused, ppo.mirror());
-  check.Require(!ppo.bfloat16(), "ppo.bfloat16", kUnused, ppo.bfloat16());
+  check.Require(
+      !ppo.bfloat16(), "ppo.bfloat16",
+      absl::StrCat(kUnused, " (distillation.bfloat16 is the student's)"),
+      ppo.bfloat16());
   check.Require(ppo.kl_target() == 0, "ppo.kl_target", kUnused,
                 ppo.kl_target());
   check.Require(ppo.value_warmup_iterations() == 0,

@@ -301,6 +301,10 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"ppo.mirror=true"},
                   "ppo.mirror: expected unset, since ppo is unused where "
                   "distillation is set, found true"},
+        Violation{{"ppo.bfloat16=true"},
+                  "ppo.bfloat16: expected unset, since ppo is unused where "
+                  "distillation is set (distillation.bfloat16 is the "
+                  "student's), found true"},
         Violation{{"ppo.kl_target=0.04"},
                   "ppo.kl_target: expected unset, since ppo is unused where "
                   "distillation is set, found 0.04"},

@@ -11,6 +11,7 @@
 #include "common/segment/episode_actor.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/testing/distillation_rig.h"
+#include "learner/torch/runtime.h"
 #include "learner/update/normaliser.h"
 
 namespace sinew::learner {
@@ -82,6 +83,34 @@ TEST(DistillationLearner, HasTheSameBitsWhateverTheNumberOfRanks) {
     }
     EXPECT_THAT(bits, Each(bits[0]));
   }
+}
+
+TEST(DistillationLearner, LearnsInBfloat16WhereItIsAsked) {
+  const v1::Recipe recipe =
+      PlainStudentRecipe("distillation { bfloat16: true }");
+  const absl::Status has_bfloat16 =
+      CheckBfloat16(DetectCpu(), "cpu", "distillation.bfloat16");
+  SyntheticTeacher teacher;
+  if (!has_bfloat16.ok()) {
+    EXPECT_EQ(
+        DistillationLearner::Create(recipe, {.observation_width = kObservation,
+                                             .self_observation_width = kOwn,
+                                             .action_width = kAction,
+                                             .annotator = &teacher,
+                                             .layout = StudentLayout(),
+                                             .action_scale = StudentScale()})
+            .status(),
+        has_bfloat16);
+    return;
+  }
+  const auto rounded = MakeStudentLearner(recipe, teacher);
+  const auto exact = MakeStudentLearner(PlainStudentRecipe(), teacher);
+  ASSERT_EQ(Bits(*rounded), Bits(*exact));
+
+  UpdateOnce(*rounded, 0);
+  UpdateOnce(*exact, 0);
+
+  EXPECT_NE(Bits(*rounded), Bits(*exact));
 }
 
 TEST(DistillationLearner, GoesOnAfterALoadAsIfItHadNotStopped) {

@@ -38,7 +38,7 @@ class DistillationNetworks {
     int64_t shard_rows = 1;  // whole sequences
     int64_t steps = 1;       // of a sequence
     v1::Distillation::Form form = v1::Distillation::FORM_CODE;
-    bool bfloat16 = false;             // products
+    bool bfloat16 = false;             // products, outputs and gradients
     std::vector<double> action_scale;  // [A] rad per unit of action
   };
 

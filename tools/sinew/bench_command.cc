@@ -146,10 +146,12 @@ Json LearnerJson(const bench::LearnerFigures& figures) {
 }
 
 // Updates at minibatch 4096: float32 on one rank and on two, bfloat16. The
-// recipe's networks, on a batch of two such minibatches whatever its own batch.
+// recipe's networks, on a batch of two such minibatches whatever its own batch;
+// those of a recipe that distils, as PPO would train them.
 absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
                                     const actor::RolloutAssets& assets) {
   v1::Recipe recipe = assets.recipe();
+  recipe.clear_distillation();
   recipe.mutable_ppo()->set_minibatch(kMinibatch);
   recipe.mutable_rollouts()->set_environments(kLearnerEnvironments);
   recipe.mutable_rollouts()->set_environments_per_order(kLearnerEnvironments /
@@ -182,32 +184,45 @@ absl::StatusOr<Json> LearnerSection(const BenchOptions& options,
 }
 
 // Minibatches of a student: the recipe's, or, of one that does not distil,
-// pulse's.
+// pulse's networks on this task's columns.
 absl::StatusOr<Json> DistillationSection(const BenchOptions& options,
                                          const actor::RolloutAssets& assets) {
+  const bench::LearnerWidths widths = {
+      .observation = assets.task().observation_width(),
+      .self_observation = assets.task().self_observation_width(),
+      .action = assets.task().action_width()};
   v1::Recipe recipe = assets.recipe();
   if (!recipe.has_distillation()) {
     SINEW_ASSIGN_OR_RETURN(recipe, LoadRecipe("pulse", {}));
+    if (widths.self_observation == 0 ||
+        widths.self_observation == widths.observation) {
+      return Json{{"recipe", recipe.name()},
+                  {"rows_per_s", nullptr},
+                  {"reason",
+                   "a latent needs an observation that begins with the body's "
+                   "own columns and goes on with others"}};
+    }
   }
   SINEW_ASSIGN_OR_RETURN(
       const bench::DistillationFigures figures,
-      bench::MeasureDistillation(
-          recipe,
-          {.observation = assets.task().observation_width(),
-           .self_observation = assets.task().self_observation_width(),
-           .action = assets.task().action_width()},
-          kMinibatchesOfUpdate * options.updates));
-  Json section = {{"minibatch", recipe.distillation().minibatch()},
+      bench::MeasureDistillation(recipe, widths,
+                                 kMinibatchesOfUpdate * options.updates));
+  Json section = {{"recipe", recipe.name()},
+                  {"minibatch", recipe.distillation().minibatch()},
                   {"rows_per_s", figures.rows_per_s},
                   {"flops_per_s", figures.flops_per_s}};
+  std::string rounded;
   if (figures.bfloat16_ratio.has_value()) {
     section["bfloat16_ratio"] = *figures.bfloat16_ratio;
+    rounded =
+        absl::StrFormat("bfloat16 %.2f times float32", *figures.bfloat16_ratio);
   } else {
     section["bfloat16_ratio"] = nullptr;
     section["bfloat16_reason"] = figures.bfloat16_reason;
+    rounded = "no bfloat16";
   }
-  absl::FPrintF(stderr, "distillation: %.0f rows/s on one thread\n",
-                figures.rows_per_s);
+  absl::FPrintF(stderr, "distillation: %s, %.0f rows/s on one thread\n",
+                rounded, figures.rows_per_s);
   return section;
 }
 
@@ -294,6 +309,7 @@ absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
   if (stop.stop_requested()) return absl::CancelledError("bench stopped");
   SINEW_ASSIGN_OR_RETURN(result["distillation"],
                          DistillationSection(options, *assets));
+  if (stop.stop_requested()) return absl::CancelledError("bench stopped");
   SINEW_ASSIGN_OR_RETURN(
       result["transport"],
       TransportSection(*assets,
@@ -317,7 +333,8 @@ void AddBenchCommand(CLI::App& app, Action& action) {
   command->add_option("--motions", options->motions,
                       "motion library; a walking clip if unset");
   command->add_option("--rounds", options->rounds, "orders per thread");
-  command->add_option("--updates", options->updates, "of each learner");
+  command->add_option("--updates", options->updates,
+                      "of each learner, and eight minibatches of a student");
 }
 
 }  // namespace sinew::tools
