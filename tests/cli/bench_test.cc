@@ -1,6 +1,6 @@
-// `sinew bench`, as short as it goes: every section of
-// the result is there and its figures are positive numbers. How large they are
-// is for a quiet machine to say.
+// `sinew bench`, as short as it goes: every section of the result is there and
+// its figures are positive numbers; of a recipe that distils, the section of
+// its student. How large they are is for a quiet machine to say.
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -43,6 +43,7 @@ void ExpectStudentFigures(const nlohmann::json& result,
                           const std::string& recipe) {
   const nlohmann::json& section = result["distillation"];
   EXPECT_EQ(section["recipe"], recipe) << result.dump(2);
+  EXPECT_GT(section["rows_per_s"].get<double>(), 0) << result.dump(2);
   if (section["bfloat16_ratio"].is_null()) {
     EXPECT_NE(section["bfloat16_reason"].get<std::string>(), "");
   } else {

@@ -98,7 +98,7 @@ class Student {
   }
 
  private:
-  // Seconds that other programs on the machine take no part in.
+  // CPU seconds of this thread; on "cuda" seconds of the wall.
   double Now() const {
     if (!on_cuda_) return ThreadSeconds();
     return std::chrono::duration<double>(

@@ -333,8 +333,9 @@ void AddBenchCommand(CLI::App& app, Action& action) {
   command->add_option("--motions", options->motions,
                       "motion library; a walking clip if unset");
   command->add_option("--rounds", options->rounds, "orders per thread");
-  command->add_option("--updates", options->updates,
-                      "of each learner, and eight minibatches of a student");
+  command->add_option(
+      "--updates", options->updates,
+      "of each learner; a student learns eight minibatches for each");
 }
 
 }  // namespace sinew::tools

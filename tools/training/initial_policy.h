@@ -38,9 +38,9 @@ absl::StatusOr<TensorMap> ReadCritic(const std::string& checkpoints,
 // same order, observe the same, and act by the same law at the same control
 // rate; a primitive must also have the network that the recipe describes
 // (policy_hidden, activation, observation_clip), and be no composer; `init` has
-// the network of the run. Whether a bundle explores does not matter: students
-// without a latent, which do not, begin runs of PPO and the other way round. A
-// recipe with a composer needs as many primitives as it says, or `init`.
+// the network of the run. Whether a bundle explores does not matter: students,
+// which do not, begin runs of PPO and the other way round. A recipe with a
+// composer needs as many primitives as it says, or `init`.
 //
 // Thread-safety: one caller. Ownership: none. Blocking: reads the bundles.
 // Errors: INVALID_ARGUMENT naming bundle and field, expected and found, or

@@ -12,6 +12,7 @@
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
+#include "common/policy/latent_builder.h"
 #include "common/policy/safetensors.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
@@ -334,6 +335,33 @@ TEST(InitialPolicy, TakesTheSamePriorAndRefusesOneOfOtherLayers) {
       run.Begin({.init = wide, .primitives = {}}),
       StatusIs(kInvalid, AllOf(HasSubstr(wide),
                                HasSubstr("network.latent.prior_hidden"))));
+}
+
+TEST(InitialPolicy, TakesAStudentsLatentForOneThatPpoLearns) {
+  const NewRun run(LatentRecipe({8}));
+  // As a distillation begins: the same networks, drawn anew, no exploration.
+  const policy::LatentPolicyOptions options = {
+      .self_observation_width = run.setup.self_observation_width,
+      .observation_width = run.setup.observation_width,
+      .action_width = run.setup.action_width,
+      .network = run.recipe.network()};
+  const auto graph = policy::BuildLatentPolicy(options);
+  ASSERT_THAT(graph, IsOk());
+  const auto weights = policy::InitialLatentWeights(options, /*seed=*/77);
+  ASSERT_THAT(weights, IsOk());
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld(run.recipe);
+  bundle::BundleContent content = bundle::testing::ToyLatentContent(toy);
+  content.graph = *graph;
+  content.weights = *weights;
+  const std::string student = JoinPath(toy.folder, "latent_student");
+  ASSERT_THAT(bundle::WriteBundle(content, student), IsOk());
+
+  ASSERT_THAT(run.Begin({.init = student, .primitives = {}}), IsOk());
+
+  const TensorMap taken = run.learner->weights();
+  for (const auto& [name, tensor] : *weights) {
+    EXPECT_EQ(taken.at(name).data, tensor.data) << name;
+  }
 }
 
 TEST(InitialPolicy, RefusesAnInitThatActsByAnotherLawOrAtAnotherRate) {
