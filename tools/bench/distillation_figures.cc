@@ -59,7 +59,6 @@ class Student {
     const v1::Distillation& settings = recipe.distillation();
     auto student = std::make_unique<Student>();
     student->shards_ = settings.shards();
-    student->minibatch_ = settings.minibatch();
     student->on_cuda_ = recipe.device() == "cuda";
     SINEW_ASSIGN_OR_RETURN(
         student->networks_,
@@ -80,9 +79,7 @@ class Student {
   }
 
   int64_t latent_width() const { return networks_->latent_width(); }
-  double flops() const {
-    return networks_->flops_per_row() * static_cast<double>(minibatch_);
-  }
+  double flops_per_row() const { return networks_->flops_per_row(); }
 
   // Seconds of one minibatch, every shard on `rows`.
   absl::StatusOr<double> Learn(const MadeUpRows& rows) {
@@ -109,7 +106,6 @@ class Student {
   std::unique_ptr<DistillationNetworks> networks_;
   DistillationNetworks::Weights weights_;
   int shards_ = 1;
-  int64_t minibatch_ = 1;
   bool on_cuda_ = false;
 };
 
@@ -141,7 +137,7 @@ absl::StatusOr<DistillationFigures> Measure(const v1::Recipe& recipe,
     figures.bfloat16_rows_per_s =
         std::max(*figures.bfloat16_rows_per_s, count / of_rounded);
   }
-  figures.flops_per_s = student->flops() * figures.rows_per_s / count;
+  figures.flops_per_s = student->flops_per_row() * figures.rows_per_s;
   if (rounded != nullptr) {
     figures.bfloat16_ratio = *figures.bfloat16_rows_per_s / figures.rows_per_s;
   }

@@ -19,14 +19,13 @@
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_bundle.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/evaluation/evaluation_json.h"
 #include "tools/evaluation/rollout_pool.h"
+#include "tools/evaluation/testing/written_bundle.h"
 
 namespace sinew::evaluation {
 namespace {
@@ -68,29 +67,14 @@ absl::StatusOr<Subject> ZeroAction(int states, double distance,
   return ZeroActionOf(recipe, states, left_out);
 }
 
-// A bundle of a random policy, and the library it was made for, on disk.
-class FallenBundle : public ::testing::Test {
+class FallenBundle : public testing::WrittenBundle {
  protected:
-  void Write(
-      const v1::Recipe& recipe = world::testing::ToyRecipe(),
-      world::testing::ToyClips clips = world::testing::ToyClips::kStanding) {
-    const world::testing::ToyWorld toy =
-        world::testing::MakeToyWorld(recipe, clips);
-    bundle_ = JoinPath(toy.folder, "bundle");
-    motions_ = toy.library_folder;
-    out_ = JoinPath(toy.folder, "eval.json");
-    ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle_),
-                IsOk());
-  }
-
   absl::StatusOr<EvaluationFigures> Evaluate(std::optional<int> fallen) const {
     return EvaluateBundle(
         bundle_, motions_, out_,
         {.starts = 1, .seconds = 0.5, .threads = 2, .fallen = fallen},
         StopToken());
   }
-
-  std::string bundle_, motions_, out_;
 };
 
 TEST_F(FallenBundle, IsMeasuredWithoutRecoveryInItsRecipe) {

@@ -16,13 +16,12 @@
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_bundle.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/evaluation/bundle_subject.h"
 #include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/rollout_pool.h"
+#include "tools/evaluation/testing/written_bundle.h"
 
 namespace sinew::evaluation {
 namespace {
@@ -31,22 +30,7 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 
-// A bundle of a random policy, and the library it was made for, on disk.
-class FallenRecording : public ::testing::Test {
- protected:
-  void Write(
-      const v1::Recipe& recipe = world::testing::ToyRecipe(),
-      world::testing::ToyClips clips = world::testing::ToyClips::kStanding) {
-    const world::testing::ToyWorld toy =
-        world::testing::MakeToyWorld(recipe, clips);
-    bundle_ = JoinPath(toy.folder, "bundle");
-    motions_ = toy.library_folder;
-    ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle_),
-                IsOk());
-  }
-
-  std::string bundle_, motions_;
-};
+using FallenRecording = testing::WrittenBundle;
 
 TEST_F(FallenRecording, IsRecordedBesideAReferenceThatStandsAtFirst) {
   Write();
