@@ -231,6 +231,10 @@ void CheckExcluded(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(ppo.value_warmup_iterations() == 0,
                 "ppo.value_warmup_iterations", kUnused,
                 ppo.value_warmup_iterations());
+  check.Require(ppo.inherited_rows() == 0, "ppo.inherited_rows", kUnused,
+                ppo.inherited_rows());
+  check.Require(ppo.anneal().begin_samples() == 0, "ppo.anneal.begin_samples",
+                kUnused, ppo.anneal().begin_samples());
   check.Require(ppo.anneal().success_share() == 0, "ppo.anneal.success_share",
                 kUnused, ppo.anneal().success_share());
   check.Require(ppo.anneal().stall_evaluations() == 0,

@@ -52,6 +52,9 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
                 procedure.composer_samples());
   CheckLayerWidths(procedure.composer_hidden(), "procedure.composer_hidden",
                    check);
+  check.Require(
+      procedure.rehearsal_share() >= 0 && procedure.rehearsal_share() < 1,
+      "procedure.rehearsal_share", "[0, 1)", procedure.rehearsal_share());
   check.Require(EndsAtPlateau(recipe), "plateau.evaluations",
                 ">= 1, since stages of the procedure end at a plateau",
                 recipe.plateau().evaluations());

@@ -97,6 +97,12 @@ void CheckOnlyClips(const v1::Start& start, FieldChecker& check) {
     check.Require(seen.insert(name).second, "task.start.only_clips",
                   "each clip at most once", name);
   }
+  const double others = start.other_clips_share();
+  check.Require(others >= 0 && others < 1, "task.start.other_clips_share",
+                "[0, 1)", others);
+  check.Require(others == 0 || start.only_clips_size() > 0,
+                "task.start.other_clips_share",
+                "0, since task.start.only_clips names none", others);
 }
 
 void CheckStart(const v1::Start& start, FieldChecker& check) {
@@ -196,6 +202,7 @@ void CheckPpo(const v1::Ppo& ppo, FieldChecker& check) {
   check.AtLeast(ppo.kl_target(), 0, "ppo.kl_target");
   check.AtLeast(ppo.value_warmup_iterations(), 0,
                 "ppo.value_warmup_iterations");
+  check.AtLeast(ppo.inherited_rows(), 0, "ppo.inherited_rows");
   const v1::Anneal& anneal = ppo.anneal();
   check.Within(anneal.success_share(), 0, 1, "ppo.anneal.success_share");
   check.AtLeast(anneal.samples(), 1, "ppo.anneal.samples");
@@ -206,6 +213,7 @@ void CheckPpo(const v1::Ppo& ppo, FieldChecker& check) {
   check.Within(anneal.learning_rate_factor(), 0, 1,
                "ppo.anneal.learning_rate_factor");
   check.AtLeast(anneal.stall_evaluations(), 0, "ppo.anneal.stall_evaluations");
+  check.AtLeast(anneal.begin_samples(), 0, "ppo.anneal.begin_samples");
 }
 
 // An evaluation begun with snapshot k is waited for at iteration k + delay.

@@ -11,9 +11,12 @@ namespace sinew::learner {
 
 // Another rule, on a table that holds the bins of the named clips alone:
 // shares, floors and caps are those of a library of these clips. All other bins
-// have probability 0. A table must name its clips, as it does since they are
-// remembered, or the rule draws from none of them.
+// have probability 0, or share `others` between them, [0, 1), by the same rule
+// on a table that holds them alone; clips of which there are none give their
+// share to the rest. A table must name its clips, as it does since they are
+// remembered, or the rule takes all for others.
 std::unique_ptr<StartRule> MakeOnlyClipsRule(std::set<std::string> names,
+                                             double others,
                                              std::unique_ptr<StartRule> rule);
 
 }  // namespace sinew::learner

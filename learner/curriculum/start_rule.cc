@@ -189,7 +189,8 @@ std::unique_ptr<StartRule> MakeStartRule(const v1::Start& start) {
   std::unique_ptr<StartRule> rule = MakeRuleOfAllClips(start);
   if (start.only_clips().empty()) return rule;
   return MakeOnlyClipsRule(
-      {start.only_clips().begin(), start.only_clips().end()}, std::move(rule));
+      {start.only_clips().begin(), start.only_clips().end()},
+      start.other_clips_share(), std::move(rule));
 }
 
 }  // namespace sinew::learner

@@ -327,10 +327,12 @@ absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
   return BeginWith(own);
 }
 
-// With the normaliser's statistics as if from kInheritedRows rows.
+// With the normaliser's statistics as if from so many rows.
 absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
-  InheritNormalisers(weights, kInheritedRows, running_.moments);
+  const double rows = recipe_.ppo().inherited_rows();
+  InheritNormalisers(weights, rows > 0 ? rows : kInheritedRows,
+                     running_.moments);
   has_primitives_ = true;
   return absl::OkStatus();
 }

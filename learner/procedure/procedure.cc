@@ -284,9 +284,6 @@ Decision NextStage(const v1::Procedure& procedure,
 int ResultStage(absl::Span<const FinishedStage> finished) {
   size_t best = 0;
   for (size_t i = 0; i < finished.size(); ++i) {
-    if (finished[i].stage.kind == StageKind::kComposer) {
-      return static_cast<int>(i);
-    }
     if (finished[i].failed.size() <= finished[best].failed.size()) best = i;
   }
   return static_cast<int>(best);

@@ -102,8 +102,9 @@ Decision NextStage(const v1::Procedure& procedure,
                    const std::vector<std::string>& clips,
                    absl::Span<const FinishedStage> finished);
 
-// Index of the stage that the procedure came to, of at least one: the composer,
-// or else that which fails the fewest clips, the latest of equals.
+// Index of the stage that the procedure came to, of at least one: that which
+// fails the fewest clips, the latest of equals, so that a composer has to be
+// worth it.
 int ResultStage(absl::Span<const FinishedStage> finished);
 
 }  // namespace sinew::learner

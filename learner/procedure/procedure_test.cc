@@ -255,8 +255,9 @@ TEST(NextStage, ComposesWithoutRecoveryIfNoneIsAskedFor) {
 
 TEST(NextStage, EndsAfterTheComposer) {
   History history;
-  history.Finish({});
-  history.Finish({"a"});
+  history.procedure.set_negligible_clips(1);
+  history.Finish({"b"});
+  history.Finish({"a", "b"});
   history.Finish({"c"});
 
   const Decision decision = history.Next();
@@ -266,6 +267,17 @@ TEST(NextStage, EndsAfterTheComposer) {
               HasSubstr("the procedure is over, its policy is that of "
                         "composer, which fails 1 clips"));
   EXPECT_EQ(ResultStage(history.finished), 2);
+}
+
+TEST(NextStage, PrefersAPrimitiveToAComposerThatFailsMore) {
+  History history;
+  history.Finish({});
+  history.Finish({"a"});
+  history.Finish({"c"});
+
+  EXPECT_THAT(history.Next().reason,
+              HasSubstr("its policy is that of primitive_0, which fails 0"));
+  EXPECT_EQ(ResultStage(history.finished), 0);
 }
 
 TEST(NextStage, EndsWithoutAComposerIfNoneIsAskedFor) {

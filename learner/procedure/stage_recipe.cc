@@ -1,5 +1,6 @@
 #include "learner/procedure/stage_recipe.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -44,6 +45,10 @@ void SetComposer(const v1::Procedure& procedure, int primitives,
   *composer.mutable_hidden() = procedure.composer_hidden();
 }
 
+bool IsOnHardSet(StageKind kind) {
+  return kind == StageKind::kHard || kind == StageKind::kGrown;
+}
+
 // Whether a stage may start on the floor or from afar.
 bool Recovers(const v1::Recipe& recipe, StageKind kind) {
   const v1::Recovery& recovery = recipe.task().recovery();
@@ -58,6 +63,12 @@ void IgnoreEvaluations(v1::Recipe& recipe) {
   v1::Anneal& anneal = *recipe.mutable_ppo()->mutable_anneal();
   anneal.set_success_share(0);
   anneal.set_stall_evaluations(0);
+}
+
+// What counts of a stage are its last weights.
+void SettleBefore(int64_t samples, v1::Anneal& anneal) {
+  if (anneal.std_factor() == 1 && anneal.learning_rate_factor() == 1) return;
+  anneal.set_begin_samples(std::max<int64_t>(1, samples - anneal.samples()));
 }
 
 }  // namespace
@@ -75,14 +86,20 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   if (!stage.clips.empty()) {
     *derived.mutable_task()->mutable_start()->mutable_only_clips() = {
         stage.clips.begin(), stage.clips.end()};
+    if (stage.kind == StageKind::kHard) {
+      derived.mutable_task()->mutable_start()->set_other_clips_share(
+          recipe.procedure().rehearsal_share());
+    }
   }
   if (Recovers(recipe, stage.kind)) {
     IgnoreEvaluations(derived);
   } else {
     derived.mutable_task()->clear_recovery();
   }
-  // Its value network comes from the stage before.
-  if (stage.kind != StageKind::kFull && stage.kind != StageKind::kComposer) {
+  SettleBefore(SamplesOf(recipe.procedure(), stage.kind),
+               *derived.mutable_ppo()->mutable_anneal());
+  // Its value network comes from the stage before, and so do its rewards.
+  if (IsOnHardSet(stage.kind)) {
     derived.mutable_ppo()->set_value_warmup_iterations(0);
   }
   if (stage.kind == StageKind::kComposer) {

@@ -17,11 +17,17 @@ namespace sinew::learner {
 //   start.only_clips        the stage's clips, if it has some
 //   task.recovery           in kRecovery and kComposer only, and only if there
 //                           is a recovery primitive; no width changes
-//   plateau, ppo.anneal     never reached and never begun where task.recovery
-//                           is on: evaluations start on the reference and say
-//                           nothing of getting up
-//   ppo.value_warmup_iterations   in kFull and kComposer only: the value
-//                           network of the others has learnt
+//   start.other_clips_share the procedure's rehearsal_share in kHard, if clips
+//                           are trained on that are not the stage's
+//   plateau, ppo.anneal     where task.recovery is on, evaluations neither end
+//                           the stage nor begin its annealing: they start on
+//                           the reference and say nothing of getting up
+//   ppo.anneal.begin_samples   anneal.samples before the stage's end (from the
+//                           first sample on in a stage no longer than that), if
+//                           annealing changes anything, so that the weights
+//                           that count have settled
+//   ppo.value_warmup_iterations   not in kHard and kGrown: their value networks
+//                           have learnt
 //   network.composer        in kComposer only
 //
 // `recipe` has its defaults filled and is valid, then so is the result. Pure.

@@ -28,7 +28,10 @@ constexpr char kRecipe[] = R"(
   name: "phc"
   task { recovery { far_share: 0.5 } }
   rollouts { environments: 16 environments_per_order: 8 horizon: 10 }
-  ppo { minibatch: 80 anneal { success_share: 0.9 stall_evaluations: 4 } }
+  ppo {
+    minibatch: 80
+    anneal { success_share: 0.9 stall_evaluations: 4 samples: 500 }
+  }
   evaluation { interval: 5 starts: 1 }
   plateau { evaluations: 3 }
   procedure {
@@ -68,6 +71,7 @@ TEST(StageRecipe, OfTheFirstStageIsTheRunOfTheSameRecipe) {
   expected.set_max_minutes(0);
   expected.set_max_iterations(11);  // 1601 / (16 * 10), rounded up
   expected.set_name("phc_primitive_0");
+  expected.mutable_ppo()->mutable_anneal()->set_begin_samples(1101);
 
   const v1::Recipe found = StageRecipe(recipe, MakeStage(StageKind::kFull), 0);
 
@@ -136,8 +140,39 @@ TEST(StageRecipe, WarmsUpValueNetworksThatHaveNotLearnt) {
   EXPECT_EQ(warmup(StageKind::kFull), 3);
   EXPECT_EQ(warmup(StageKind::kHard), 0);
   EXPECT_EQ(warmup(StageKind::kGrown), 0);
-  EXPECT_EQ(warmup(StageKind::kRecovery), 0);
+  EXPECT_EQ(warmup(StageKind::kRecovery), 3);
   EXPECT_EQ(warmup(StageKind::kComposer), 3);
+}
+
+TEST(StageRecipe, SettlesBeforeItEnds) {
+  v1::Recipe recipe = MakeRecipe();
+  const auto begin = [&](StageKind kind) {
+    return StageRecipe(recipe, MakeStage(kind, 1), 2)
+        .ppo()
+        .anneal()
+        .begin_samples();
+  };
+
+  EXPECT_EQ(begin(StageKind::kHard), 1100);
+  EXPECT_EQ(begin(StageKind::kRecovery), 1);  // 160 samples in all
+  recipe.mutable_ppo()->mutable_anneal()->set_std_factor(1);
+  EXPECT_EQ(begin(StageKind::kHard), 1100);
+  recipe.mutable_ppo()->mutable_anneal()->set_learning_rate_factor(1);
+  EXPECT_EQ(begin(StageKind::kHard), 0);
+}
+
+TEST(StageRecipe, RehearsesWhereThePrimitiveGoesOnAlone) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_procedure()->set_rehearsal_share(0.25);
+  const auto share = [&](StageKind kind) {
+    Stage stage = MakeStage(kind);
+    if (kind != StageKind::kFull) stage.clips = {"walk"};
+    return StageRecipe(recipe, stage, 1).task().start().other_clips_share();
+  };
+
+  EXPECT_EQ(share(StageKind::kFull), 0);
+  EXPECT_EQ(share(StageKind::kHard), 0.25);
+  EXPECT_EQ(share(StageKind::kGrown), 0);
 }
 
 TEST(StageRecipe, TakesAsManySamplesAsThereAre) {

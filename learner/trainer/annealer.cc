@@ -24,10 +24,19 @@ void Annealer::Observe(double success_share, double survived_share,
       recipe_.success_share() > 0 && success_share >= recipe_.success_share();
   const bool stalled = recipe_.stall_evaluations() > 0 &&
                        state_.stalled() >= recipe_.stall_evaluations();
-  if (succeeded || stalled) {
-    state_.set_started(true);
-    state_.set_start_samples(samples);
+  if (succeeded || stalled) Start(samples);
+}
+
+void Annealer::Advance(int64_t samples) {
+  if (recipe_.begin_samples() > 0 && samples >= recipe_.begin_samples()) {
+    Start(samples);
   }
+}
+
+void Annealer::Start(int64_t samples) {
+  if (state_.started()) return;
+  state_.set_started(true);
+  state_.set_start_samples(samples);
 }
 
 double Annealer::Progress(int64_t samples) const {

@@ -8,7 +8,8 @@
 
 namespace sinew::learner {
 
-// Lowers noise and learning rates once evaluations say so. From the start on,
+// Lowers noise and learning rates once evaluations say so, or after so many
+// samples, or once somebody else says so. From the start on,
 // x = min(1, samples since / anneal.samples) and each factor is final^x
 // (geometric). It never stops once started.
 //
@@ -20,6 +21,13 @@ class Annealer {
   // Tells it an evaluation that took effect after `samples` samples: share of
   // starts that succeeded and share of frames survived.
   void Observe(double success_share, double survived_share, int64_t samples);
+  // Tells it that so many samples have been learnt from. Starts at
+  // anneal.begin_samples, if there is one, at the first call at or past it.
+  void Advance(int64_t samples);
+  // Starts, unless it has started.
+  void Start(int64_t samples);
+  // Whether the factors are the final ones.
+  bool Finished(int64_t samples) const { return Progress(samples) >= 1; }
 
   // Factors on the action's standard deviation and on learning rates.
   double StdFactor(int64_t samples) const;

@@ -208,6 +208,7 @@ absl::Status Trainer::Conclude(const std::vector<v1::Segment>& evaluation,
   if (report.evaluation && PolicyHadLearnt(report.evaluated_iteration)) {
     ObserveEvaluation(report.drawn);
   }
+  annealer_.Advance(samples_);
   if (plateau_.enabled()) report.plateau = plateau_.state();
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));
@@ -255,6 +256,14 @@ void Trainer::ObserveEvaluation(const SetSummary& drawn) {
       static_cast<double>(drawn.succeeded_starts) / std::max(1, drawn.starts);
   annealer_.Observe(share, drawn.survived_share, samples_);
   plateau_.Observe(share, samples_);
+  if (plateau_.reached() && options_.recipe.plateau().anneal()) {
+    annealer_.Start(samples_);
+  }
+}
+
+bool Trainer::plateau_ends_it() const {
+  return plateau_.reached() && (!options_.recipe.plateau().anneal() ||
+                                annealer_.Finished(samples_));
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {

@@ -113,9 +113,9 @@ class Trainer {
   int64_t samples() const { return samples_; }
   const Learner& learner() const { return *learner_; }
   const Curriculum& curriculum() const { return *curriculum_; }
-  // Evaluations have stopped improving, as the recipe's plateau defines it: the
-  // run is over. It stays so.
-  bool plateau_reached() const { return plateau_.reached(); }
+  // Evaluations have stopped improving, as the recipe's plateau defines it, and
+  // what plateau.anneal began is through: the run is over. It stays so.
+  bool plateau_ends_it() const;
   const v1::PlateauState& plateau() const { return plateau_.state(); }
   // Newest snapshot.
   const PublishedSnapshot& snapshot() const { return snapshots_.back(); }

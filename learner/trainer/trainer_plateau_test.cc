@@ -25,7 +25,7 @@ TEST(TrainerPlateau, IsReachedWhereTheEvaluationTakesEffect) {
   for (int64_t iteration = 1; iteration <= 9; ++iteration) {
     const IterationReport report = run.Iterate();
 
-    EXPECT_EQ(run.trainer->plateau_reached(), iteration == 9) << iteration;
+    EXPECT_EQ(run.trainer->plateau_ends_it(), iteration == 9) << iteration;
     ASSERT_TRUE(report.plateau.has_value());
     EXPECT_EQ(report.plateau->best_share(), iteration < 5 ? 0 : 1);
     EXPECT_EQ(report.plateau->stalled(),
@@ -42,7 +42,7 @@ TEST(TrainerPlateau, IsLookedForOnceThePolicyLearns) {
   for (int64_t iteration = 1; iteration <= 11; ++iteration) {
     const IterationReport report = run.Iterate();
 
-    EXPECT_EQ(run.trainer->plateau_reached(), iteration == 11) << iteration;
+    EXPECT_EQ(run.trainer->plateau_ends_it(), iteration == 11) << iteration;
     EXPECT_EQ(report.plateau->best_share(), iteration < 7 ? 0 : 1) << iteration;
   }
 }
@@ -53,12 +53,12 @@ TEST(TrainerPlateau, IsNoneWhereTheRecipeHasNone) {
   const IterationReport report = run.Iterate(9);
 
   EXPECT_FALSE(report.plateau.has_value());
-  EXPECT_FALSE(run.trainer->plateau_reached());
+  EXPECT_FALSE(run.trainer->plateau_ends_it());
   EXPECT_FALSE(run.trainer->Save().counters.has_plateau());
 }
 
 int64_t IterateToPlateau(Rig& run) {
-  while (!run.trainer->plateau_reached() && run.trainer->iteration() < 20) {
+  while (!run.trainer->plateau_ends_it() && run.trainer->iteration() < 20) {
     run.Iterate();
   }
   return run.trainer->iteration();
@@ -79,7 +79,7 @@ TEST_P(TrainerPlateauResume, ARunThatWasInterruptedEndsAtTheSameIteration) {
     Rig second(recipe);
     ASSERT_THAT(second.trainer->Restore(first.trainer->Save()), IsOk());
     // A run that was over is over at once.
-    EXPECT_EQ(second.trainer->plateau_reached(), cut == end);
+    EXPECT_EQ(second.trainer->plateau_ends_it(), cut == end);
     EXPECT_EQ(IterateToPlateau(second), end) << "interrupted after " << cut;
     EXPECT_EQ(Bits(second.trainer->Save()), expected);
   }
@@ -99,7 +99,7 @@ TEST(TrainerPlateau, IsForgottenOnAnotherLibrary) {
 
   ASSERT_THAT(after.trainer->Migrate(before.trainer->Save()), IsOk());
 
-  EXPECT_FALSE(after.trainer->plateau_reached());
+  EXPECT_FALSE(after.trainer->plateau_ends_it());
   EXPECT_FALSE(after.trainer->plateau().started());
 }
 

@@ -47,7 +47,7 @@ absl::Status CheckBin(const motion::Library& library,
 bool IsDrawn(const v1::Start& recipe, const v1::ClipInfo& clip) {
   const auto& only = recipe.only_clips();
   return !clip.left_out() &&
-         (only.empty() ||
+         (only.empty() || recipe.other_clips_share() > 0 ||
           std::find(only.begin(), only.end(), clip.name()) != only.end());
 }
 
@@ -65,8 +65,9 @@ absl::StatusOr<StartTable> StartTable::Create(
     end += IsDrawn(recipe, clip) ? NumStartFrames(clip) : 0;
     table.ends_.push_back(end);
   }
-  const bool uniform = recipe.rule() == v1::Start::RULE_UNSPECIFIED ||
-                       recipe.rule() == v1::Start::RULE_UNIFORM;
+  const bool uniform = (recipe.rule() == v1::Start::RULE_UNSPECIFIED ||
+                        recipe.rule() == v1::Start::RULE_UNIFORM) &&
+                       recipe.other_clips_share() == 0;
   if (!uniform && curriculum.bins_size() > 0) {
     SINEW_RETURN_IF_ERROR(table.AddBins(library, curriculum));
   }

@@ -1,6 +1,7 @@
 #include "tools/training/procedure_inputs.h"
 
 #include <cstddef>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -14,9 +15,16 @@
 #include "sim/world/start.h"
 
 namespace sinew::tools {
+namespace {
 
-absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
-                                                    const TaskSetup& setup) {
+// Of ProcedureRecord::assets.
+constexpr char kInitRole[] = "init";
+
+}  // namespace
+
+absl::StatusOr<ProcedureInputs> MakeProcedureInputs(
+    const v1::Recipe& recipe, const TaskSetup& setup,
+    const std::string& init_sha256) {
   const v1::Start& start = recipe.task().start();
   const v1::MotionLibrary& library = setup.library->manifest();
   SINEW_RETURN_IF_ERROR(learner::CheckOnlyClips(start, library));
@@ -37,6 +45,7 @@ absl::StatusOr<ProcedureInputs> MakeProcedureInputs(const v1::Recipe& recipe,
     record.assets[role] = Sha256Hex(*setup.assets.at(role));
   }
   record.assets["library"] = setup.library->digest();
+  if (!init_sha256.empty()) record.assets[kInitRole] = init_sha256;
   record.library_clips = library.clips_size();
   record.trained_on_clips = static_cast<int>(inputs.trained_on.size());
   return inputs;
@@ -49,17 +58,25 @@ absl::Status CheckSameInputs(const ProcedureRecord& found,
   if (found.recipe_sha256 != expected.recipe_sha256) {
     changed.push_back("recipe");
   }
-  for (const auto& [role, sha256] : expected.assets) {
-    const auto old = found.assets.find(role);
-    if (old == found.assets.end() || old->second != sha256) {
-      changed.push_back(role);
-    }
+  // What it began with no longer matters once its first stage has ended.
+  const bool begun = !found.stages.empty() && found.stages[0].finished;
+  std::set<std::string> roles;
+  for (const auto& [role, sha256] : found.assets) roles.insert(role);
+  for (const auto& [role, sha256] : expected.assets) roles.insert(role);
+  if (begun) roles.erase(kInitRole);
+  const auto digest = [](const ProcedureRecord& record,
+                         const std::string& role) {
+    const auto asset = record.assets.find(role);
+    return asset == record.assets.end() ? "" : asset->second;
+  };
+  for (const std::string& role : roles) {
+    if (digest(found, role) != digest(expected, role)) changed.push_back(role);
   }
   if (changed.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(
       run,
-      ": expected the recipe, character and motion library that the procedure "
-      "was started with, found others (changed: ",
+      ": expected the recipe, character, motion library and --init that the "
+      "procedure was started with, found others (changed: ",
       absl::StrJoin(changed, ", "), "); give the same, or another --run"));
 }
 

@@ -17,7 +17,8 @@ namespace sinew::tools {
 //
 //   format_version   1
 //   recipe_sha256    of the recipe's canonical text
-//   assets           SHA-256 of character and model, digest of the library
+//   assets           SHA-256 of character, model and, if there was an --init,
+//                    its bundle's manifest; digest of the library
 //   clips            {library, trained_on, left_out}: how many
 //   over             whether the last decision ends the procedure
 //   samples, train_seconds

@@ -16,6 +16,7 @@
 #include "common/logging.h"
 #include "common/replace_directory.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/bundle.h"
 #include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
 #include "tools/evaluation/evaluate_bundle.h"
@@ -300,7 +301,13 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
       const TaskSetup setup,
       SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
                 options.character, options.motions));
-  return MakeProcedureInputs(options.recipe, setup);
+  std::string init;
+  if (!options.init.empty()) {
+    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
+                           bundle::ReadBundle(options.init));
+    init = bundle.manifest.manifest_sha256();
+  }
+  return MakeProcedureInputs(options.recipe, setup, init);
 }
 
 }  // namespace

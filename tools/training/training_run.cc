@@ -35,7 +35,7 @@ std::string EvaluationText(const SetSummary& overall) {
 }  // namespace
 
 std::string TrainingRun::EndReason() const {
-  if (trainer_->plateau_reached()) {
+  if (trainer_->plateau_ends_it()) {
     const v1::PlateauState& plateau = trainer_->plateau();
     return absl::StrFormat(
         "plateau: %d evaluations without a gain above %.1f %% of starts",
@@ -59,7 +59,7 @@ TrainingRun::Result TrainingRun::result() const {
   result.iterations = trainer_->iteration();
   result.samples = trainer_->samples();
   result.train_seconds = figures_.seconds.train;
-  result.plateau = trainer_->plateau_reached();
+  result.plateau = trainer_->plateau_ends_it();
   result.best_share = trainer_->plateau().best_share();
   result.stalled = trainer_->plateau().stalled();
   result.finished =
