@@ -196,6 +196,8 @@ void CheckLosses(const v1::Distillation& distillation, FieldChecker& check) {
   CheckLearningRate(distillation, check);
   check.Positive(distillation.max_gradient_norm(),
                  "distillation.max_gradient_norm");
+  check.AtLeast(distillation.inherited_rows(), 0,
+                "distillation.inherited_rows");
   check.Positive(distillation.samples_per_insert(),
                  "distillation.samples_per_insert");
   check.Require(distillation.samples_per_insert() <= kMaxSamplesPerInsert,
@@ -231,8 +233,10 @@ void CheckExcluded(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(ppo.value_warmup_iterations() == 0,
                 "ppo.value_warmup_iterations", kUnused,
                 ppo.value_warmup_iterations());
-  check.Require(ppo.inherited_rows() == 0, "ppo.inherited_rows", kUnused,
-                ppo.inherited_rows());
+  check.Require(
+      ppo.inherited_rows() == 0, "ppo.inherited_rows",
+      absl::StrCat(kUnused, " (distillation.inherited_rows is the student's)"),
+      ppo.inherited_rows());
   check.Require(ppo.anneal().begin_samples() == 0, "ppo.anneal.begin_samples",
                 kUnused, ppo.anneal().begin_samples());
   check.Require(ppo.anneal().success_share() == 0, "ppo.anneal.success_share",

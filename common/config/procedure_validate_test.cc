@@ -170,9 +170,29 @@ INSTANTIATE_TEST_SUITE_P(
             {"procedure.composer_samples=100", "procedure.max_primitives=1"},
             "procedure.composer_samples: expected 0, since one primitive "
             "alone cannot be composed, found 100"},
+        Violation{{"procedure.rehearsal_share=1"},
+                  "procedure.rehearsal_share: expected [0, 1), found 1"},
         Violation{{"network.composer.primitives=3"},
                   "network.composer: expected unset, since the procedure makes "
                   "its composer itself, found \"set\""}));
+
+TEST(Stages, AShareOfOtherClipsNeedsClipsThatTheyAreOtherThan) {
+  v1::Recipe recipe = MakeRecipe({});
+  v1::Start& start = *recipe.mutable_task()->mutable_start();
+  start.set_other_clips_share(0.25);
+  EXPECT_THAT(ValidateRecipe(recipe),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "recipe field task.start.other_clips_share: expected 0, "
+                       "since task.start.only_clips names none, found 0.25"));
+
+  start.add_only_clips("walk");
+  EXPECT_THAT(ValidateRecipe(recipe), IsOk());
+  start.set_other_clips_share(1);
+  EXPECT_THAT(ValidateRecipe(recipe),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "recipe field task.start.other_clips_share: expected "
+                       "[0, 1), found 1"));
+}
 
 TEST(Stages, ARecipeFromAFileMayNotNameAClipOfNoName) {
   v1::Recipe recipe = MakeRecipe({});

@@ -79,6 +79,7 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     add(ClipEntryOf(clip));
     licences.insert(OrUnknown(clip.licence()));
   }
+  const std::set<std::string> own = known;
   for (const v1::RunInputs::Source& source : inputs.sources) {
     for (const std::string& clip : source.clips()) add(clip);
     if (!source.has_bundle()) continue;  // the run itself, and its own clips
@@ -94,7 +95,10 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   const ClipUses uses = ClipUsesOfRun(inputs.recipe.task().start(),
                                       inputs.library, inputs.sources);
   for (const std::string& clip : provenance.clips()) {
-    provenance.add_clip_uses(uses.at(std::string(ClipNameOf(clip))));
+    const v1::ClipUse use = uses.at(std::string(ClipNameOf(clip)));
+    // Of the same name as a clip of its own, but from elsewhere.
+    const bool others = use == v1::CLIP_USE_TRAINED_ON && !own.contains(clip);
+    provenance.add_clip_uses(others ? v1::CLIP_USE_SOURCE_TRAINED_ON : use);
   }
 }
 

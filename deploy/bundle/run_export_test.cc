@@ -127,6 +127,28 @@ TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
                           v1::CLIP_USE_SOURCE_TRAINED_ON));
 }
 
+// Another recording of the same name was not trained on, but by the teacher.
+TEST(ExportRun, TellsItsOwnClipsFromOthersOfTheirName) {
+  FinishedRun run;
+  v1::BundleManifest teacher;
+  teacher.mutable_provenance()->add_clips("turn: a studio (CC-BY-4.0)");
+  teacher.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  run.SaveInputs({MakeSource("teacher", teacher)});
+
+  ASSERT_THAT(run.Export(), IsOk());
+
+  const auto bundle = ReadBundle(JoinPath(run.folder, "bundle"));
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_THAT(
+      bundle->manifest.provenance().clips(),
+      ElementsAre(StartsWith("turn: "), StartsWith("sway: "),
+                  StartsWith("tumble: "), "turn: a studio (CC-BY-4.0)"));
+  EXPECT_THAT(
+      bundle->manifest.provenance().clip_uses(),
+      ElementsAre(v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_TRAINED_ON,
+                  v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_SOURCE_TRAINED_ON));
+}
+
 TEST(ExportRun, TakesItsOwnEarlierTrainingForNoOtherBundle) {
   FinishedRun run;
   LeaveOut({1}, run.toy);

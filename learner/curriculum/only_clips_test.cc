@@ -124,6 +124,38 @@ TEST_P(OnlyClips, AreSummarisedLikeALibraryOfTheseClips) {
   EXPECT_EQ(found.hard_clips, 2);
 }
 
+// As a library of the named clips and one of the others, side by side.
+TEST_P(OnlyClips, LeaveAShareToTheOthers) {
+  v1::Start start = MakeStart(GetParam(), {"long", "loop"});
+  start.set_other_clips_share(0.25);
+  const auto all = Make(start, MakeFourClips());
+  const auto named =
+      Make(MakeStart(GetParam(), {"long", "loop"}), MakeFourClips());
+  const auto others = Make(MakeStart(GetParam(), {"once"}), MakeFourClips());
+  for (Curriculum* curriculum : {all.get(), named.get(), others.get()}) {
+    Train(2, true, *curriculum);
+  }
+
+  // What adaptive bins remember lasts for so many passages of a bin that is
+  // drawn from, and here more of them are.
+  const double tolerance =
+      GetParam() == v1::Start::RULE_ADAPTIVE_BINS ? 1e-3 : 1e-12;
+  for (int i = 0; i < all->table().bins_size(); ++i) {
+    EXPECT_NEAR(all->table().bins(i).probability(),
+                0.75 * named->table().bins(i).probability() +
+                    0.25 * others->table().bins(i).probability(),
+                tolerance);
+  }
+  EXPECT_NEAR(TotalProbability(all->table()), 1, 1e-12);
+  const CurriculumSummary found = Summarise(all->table(), all->rule());
+  EXPECT_EQ(found.drawn_clips, 3);
+  EXPECT_DOUBLE_EQ(
+      found.floor_share,
+      0.75 * Summarise(named->table(), named->rule()).floor_share +
+          0.25 * Summarise(others->table(), others->rule()).floor_share);
+  EXPECT_TRUE(all->Draws(kOnce));
+}
+
 INSTANTIATE_TEST_SUITE_P(Rules, OnlyClips,
                          ::testing::Values(v1::Start::RULE_UNIFORM,
                                            v1::Start::RULE_BINS,
@@ -141,6 +173,14 @@ TEST(OnlyClipsOfACurriculum, AreThoseThatItDrawsFrom) {
     EXPECT_EQ(all->Draws(clip), drawn_of_all[clip]) << clip;
     EXPECT_EQ(some->Draws(clip), clip == 2) << clip;
   }
+}
+
+TEST(OnlyClipsOfACurriculum, KeepTheirShareIfThereAreNoOthers) {
+  v1::Start start = MakeStart(v1::Start::RULE_ADAPTIVE_BINS, {"long", "loop"});
+  start.set_other_clips_share(0.25);
+  const auto all = Make(start, MakeFourClips(/*with_once=*/false));
+
+  EXPECT_NEAR(TotalProbability(all->table()), 1, 1e-12);
 }
 
 TEST(OnlyClipsOfACurriculum, AreTheOnlyOnesAmongTheHardest) {

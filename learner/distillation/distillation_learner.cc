@@ -94,7 +94,8 @@ class Distillation final : public DistillationLearner {
     });
     SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
-    InheritNormalisers(own, kInheritedRows, running_.moments);
+    const double rows = recipe_.distillation().inherited_rows();
+    InheritNormalisers(own, rows > 0 ? rows : kInheritedRows, running_.moments);
     return absl::OkStatus();
   }
 

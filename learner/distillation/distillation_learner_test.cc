@@ -292,6 +292,12 @@ TEST(DistillationLearner, BeginsWithTheWeightsOfAnother) {
   v1::TrainingState state;
   other->SaveCounters(state);
   EXPECT_EQ(state.normaliser_count(), kInheritedRows);
+
+  const auto third = MakeStudentLearner(
+      StudentRecipe("distillation { inherited_rows: 1e9 }"), teacher);
+  ASSERT_THAT(third->InitFrom(learner->weights()), IsOk());
+  third->SaveCounters(state);
+  EXPECT_EQ(state.normaliser_count(), 1e9);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "gtest/gtest.h"
 #include "learner/ppo/synthetic_segments.h"
 #include "learner/ppo/testing/ppo_rig.h"
+#include "learner/update/normaliser.h"
 
 namespace sinew::learner {
 namespace {
@@ -260,6 +261,23 @@ TEST(PpoLearner, NormaliserLearnsTheObservationsAfterTheUpdate) {
   v1::TrainingState state;
   learner->SaveCounters(state);
   EXPECT_EQ(state.normaliser_count(), 2048);
+}
+
+// One that is taken over gives way to 2048 rows of N(3, 2^2) by what it counts.
+TEST(PpoLearner, InheritedNormaliserCountsAsManyRowsAsTheRecipeSays) {
+  const auto mean_after = [](double inherited_rows) {
+    v1::Recipe recipe = MakeRecipe();
+    recipe.mutable_ppo()->set_inherited_rows(inherited_rows);
+    const auto learner = MakeLearner(recipe);
+    EXPECT_THAT(learner->InitFrom(MakeLearner(MakeRecipe())->weights()),
+                IsOk());
+    UpdateOnce(*learner, 0);
+    return double{learner->weights().at("normaliser/mean").float32()[0]};
+  };
+
+  EXPECT_NEAR(mean_after(2048), 1.5, 0.1);
+  EXPECT_NEAR(mean_after(0), 3 * 2048 / (2048 + kInheritedRows), 0.01);
+  EXPECT_NEAR(mean_after(1e12), 0, 1e-7);
 }
 
 TEST(PpoLearner, FactorsChangeNoiseAndRates) {

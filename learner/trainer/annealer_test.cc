@@ -57,6 +57,33 @@ TEST(Annealer, StartsWhenSurvivalStalls) {
   EXPECT_EQ(annealer.state().start_samples(), 3000);
 }
 
+TEST(Annealer, StartsAfterItsSamplesWhateverEvaluationsSay) {
+  v1::Anneal recipe = MakeRecipe(0, 0);
+  recipe.set_begin_samples(3000);
+  Annealer annealer(recipe);
+
+  annealer.Advance(2999);
+  EXPECT_FALSE(annealer.state().started());
+  annealer.Advance(3100);
+  annealer.Advance(3200);
+
+  EXPECT_EQ(annealer.state().start_samples(), 3100);
+  EXPECT_FALSE(annealer.Finished(4099));
+  EXPECT_TRUE(annealer.Finished(4100));
+}
+
+TEST(Annealer, NeverStartsByItselfWithoutAReason) {
+  Annealer annealer(MakeRecipe(0, 0));
+
+  annealer.Advance(1'000'000);
+  EXPECT_FALSE(annealer.state().started());
+  EXPECT_FALSE(annealer.Finished(2'000'000));
+  annealer.Start(1'000'000);
+  annealer.Start(1'500'000);
+
+  EXPECT_EQ(annealer.state().start_samples(), 1'000'000);
+}
+
 TEST(Annealer, GoesOnFromARestoredState) {
   Annealer annealer(MakeRecipe(1, 0));
   annealer.Observe(1, 1, 5000);

@@ -262,8 +262,8 @@ void Trainer::ObserveEvaluation(const SetSummary& drawn) {
 }
 
 bool Trainer::plateau_ends_it() const {
-  return plateau_.reached() && (!options_.recipe.plateau().anneal() ||
-                                annealer_.Finished(samples_));
+  return plateau_.reached() &&
+         (!options_.recipe.plateau().anneal() || annealer_.Finished(samples_));
 }
 
 absl::Status Trainer::BeginEvaluationIfDue() {

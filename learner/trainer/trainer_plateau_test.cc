@@ -34,6 +34,28 @@ TEST(TrainerPlateau, IsReachedWhereTheEvaluationTakesEffect) {
   EXPECT_EQ(run.trainer->plateau().best_share(), 1);
 }
 
+// With plateau.anneal it is where annealing begins, and its end is the run's.
+TEST(TrainerPlateau, LetsThePolicySettleFirst) {
+  Rig plain(MakeRecipe(kPlateau));
+  plain.Iterate(9);
+  ASSERT_TRUE(plain.trainer->plateau_ends_it());
+  const int64_t reached = plain.trainer->samples();
+  const int64_t each = reached / 9;
+  Rig run(MakeRecipe(absl::StrCat(
+      "plateau { evaluations: 2 anneal: true } ppo { anneal { success_share: 0 "
+      "samples: ",
+      2 * each, " std_factor: 0.25 } } ")));
+
+  run.Iterate(9);
+  EXPECT_EQ(run.trainer->samples(), reached);
+  EXPECT_TRUE(run.trainer->plateau().reached());
+  EXPECT_FALSE(run.trainer->plateau_ends_it());
+  EXPECT_EQ(run.Iterate().update.std_factor, 1);
+  EXPECT_FALSE(run.trainer->plateau_ends_it());
+  EXPECT_EQ(run.Iterate().update.std_factor, 0.5);
+  EXPECT_TRUE(run.trainer->plateau_ends_it());
+}
+
 // Those of snapshots 2 and 4, which is what the policy was, count for nothing.
 TEST(TrainerPlateau, IsLookedForOnceThePolicyLearns) {
   Rig run(

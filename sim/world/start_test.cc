@@ -133,6 +133,29 @@ TEST_F(StartTableTest, DrawsFromTheNamedClipsAloneUnderEveryRule) {
   }
 }
 
+TEST_F(StartTableTest, DrawsFromTheOthersByTheirBinsUnderEveryRule) {
+  recipe_.add_only_clips("sway");
+  recipe_.set_other_clips_share(0.25);
+  AddBin(0, 0, 24, 0.25);
+  AddBin(1, 0, 19, 0.75);
+  AddBin(2, 0, 15, 0);
+  for (const auto rule :
+       {v1::Start::RULE_UNIFORM, v1::Start::RULE_ADAPTIVE_BINS}) {
+    recipe_.set_rule(rule);
+    const auto table = Create();
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->num_frames(), 24 + 19 + 15);
+    double sway = 0;
+
+    for (const auto& [start, share] : Shares(*table, 20000)) {
+      EXPECT_NE(start.first, 2);
+      if (start.first == 1) sway += share;
+    }
+
+    EXPECT_NEAR(sway, 0.75, 0.02) << rule;
+  }
+}
+
 TEST_F(StartTableTest, HasNoFramesWhereTheNamedClipsAreElsewhere) {
   recipe_.add_only_clips("another");
 

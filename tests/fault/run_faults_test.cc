@@ -54,7 +54,11 @@ TEST(RunFaultsTest, ASignalSavesExportsAndEnds) {
   EXPECT_EQ(state.counters.iteration(), rig.Rows("run"));
   for (const char* name : {"bundle", "bundle_best"}) {
     const auto bundle = bundle::ReadBundle(JoinPath(rig.Path("run"), name));
-    EXPECT_TRUE(bundle.ok()) << bundle.status();
+    ASSERT_TRUE(bundle.ok()) << bundle.status();
+    EXPECT_GT(bundle->manifest.metrics().starts(), 0) << name;
+    EXPECT_GT(bundle->manifest.metrics().iteration(), 0) << name;
+    EXPECT_LE(bundle->manifest.metrics().iteration(),
+              state.counters.iteration());
   }
 }
 

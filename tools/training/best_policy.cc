@@ -12,6 +12,7 @@ namespace {
 // evaluation.delay is at most 2.
 constexpr size_t kRemembered = 3;
 
+// `evaluated` says which iteration it is of.
 void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
   // What is left out of training chooses nothing.
   const SetSummary& training = summary.training;
@@ -24,6 +25,13 @@ void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
   metrics.set_e_mpjpe_mm(training.means.e_mpjpe_mm);
   metrics.set_e_acc(training.means.e_acc);
   metrics.set_e_vel(training.means.e_vel);
+  metrics.set_iteration(evaluated.iteration());
+  const SetSummary& left_out = summary.left_out;
+  metrics.set_left_out_clips(left_out.clips);
+  metrics.set_left_out_starts(left_out.starts);
+  metrics.set_left_out_succeeded_starts(left_out.succeeded_starts);
+  metrics.set_left_out_success_rate(left_out.success_rate);
+  metrics.set_left_out_e_g_mpjpe_mm(left_out.means.e_g_mpjpe_mm);
   evaluated.set_survived_share(training.survived_share);
 }
 
@@ -60,6 +68,7 @@ absl::Status BestPolicy::Observe(const learner::IterationReport& report) {
   for (RunStore::Policy& policy : recent_) {
     if (policy.evaluated.iteration() != report.evaluated_iteration) continue;
     Fill(*report.evaluation, policy.evaluated);
+    newest_ = policy.evaluated.metrics();
     if (best_ && !IsBetter(policy.evaluated, best_->evaluated)) {
       return absl::OkStatus();
     }

@@ -48,6 +48,60 @@ TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
                                          HasSubstr("320 -> 6400"))));
 }
 
+// The first stage has a state, and what that was made from is on record.
+TEST_F(ProcedureRunTest, RefusesAnotherInitWithinItsFirstStage) {
+  const auto give = [&](const std::string& name) {
+    options_.init = JoinPath(toy_.folder, name);
+    ASSERT_THAT(MakeDirectories(options_.init), IsOk());
+    ASSERT_THAT(
+        WriteFileAtomically(JoinPath(options_.init, "manifest.json"), name),
+        IsOk());
+  };
+  give("first");
+  MadeUpSteps none(0), steps;
+  ASSERT_THAT(Run(none), IsOk());
+  give("second");
+  ASSERT_THAT(Run(none), IsOk());  // nothing was trained: it begins with this
+  const std::string states = JoinPath(
+      options_.directory, "stages/00_primitive_0/checkpoints/artifacts");
+  ASSERT_THAT(MakeDirectories(states), IsOk());
+  ASSERT_THAT(WriteFileAtomically(JoinPath(states, "state-00000001"), ""),
+              IsOk());
+
+  for (const std::string& init :
+       {JoinPath(toy_.folder, "first"), std::string()}) {
+    options_.init = init;
+    EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                     HasSubstr("changed: init)")));
+  }
+  EXPECT_THAT(steps.trained(), IsEmpty());
+
+  give("second");
+  EXPECT_THAT(Run(steps), IsOk());
+}
+
+TEST_F(ProcedureRunTest, AsksNoMoreForItsInitOnceTheFirstStageHasEnded) {
+  options_.init = JoinPath(toy_.folder, "given");
+  ASSERT_THAT(MakeDirectories(options_.init), IsOk());
+  ASSERT_THAT(
+      WriteFileAtomically(JoinPath(options_.init, "manifest.json"), "{}"),
+      IsOk());
+  MadeUpSteps first(2), rest;
+  ASSERT_THAT(Run(first), IsOk());
+  EXPECT_THAT(Record().Finished(), SizeIs(2));
+
+  options_.init.clear();
+  EXPECT_THAT(Run(rest), IsOk());
+}
+
+TEST_F(ProcedureRunTest, NamesAnInitThatIsNoBundle) {
+  options_.init = JoinPath(toy_.folder, "nowhere");
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kNotFound,
+                                   HasSubstr("nowhere/manifest.json")));
+}
+
 TEST_F(ProcedureRunTest, RefusesALibraryThatChangesWhileItRuns) {
   MadeUpSteps steps;
   steps.SetAfterTrain([this] { LeaveOutTumble(); });

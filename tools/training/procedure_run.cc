@@ -12,11 +12,12 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
 #include "common/logging.h"
 #include "common/replace_directory.h"
 #include "common/status_macros.h"
-#include "deploy/bundle/bundle.h"
+#include "deploy/bundle/manifest.h"
 #include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
 #include "tools/evaluation/evaluate_bundle.h"
@@ -303,9 +304,10 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
                 options.character, options.motions));
   std::string init;
   if (!options.init.empty()) {
-    SINEW_ASSIGN_OR_RETURN(const bundle::Bundle bundle,
-                           bundle::ReadBundle(options.init));
-    init = bundle.manifest.manifest_sha256();
+    SINEW_ASSIGN_OR_RETURN(
+        const std::string manifest,
+        ReadFile(JoinPath(options.init, bundle::kManifestFile)));
+    init = Sha256Hex(manifest);
   }
   return MakeProcedureInputs(options.recipe, setup, init);
 }
