@@ -63,6 +63,19 @@ std::optional<std::string> CmuTrial(absl::string_view path,
   return absl::StrFormat("cmu/%02d_%02d", subject, trial);
 }
 
+// The name without the testbed that a recording was played on, as ASAP puts it
+// before the name of the video: "TairanTestbed_CR7_video_CR7" is "video_CR7".
+// `name`: in lower case.
+absl::string_view WithoutTestbed(absl::string_view name) {
+  constexpr absl::string_view kVideo = "_video_";
+  const size_t end = name.find(kVideo);
+  if (end == absl::string_view::npos ||
+      !absl::StrContains(name.substr(0, end), "testbed")) {
+    return name;
+  }
+  return name.substr(end + 1);
+}
+
 // The names that a file may have, best first.
 std::vector<std::string> Candidates(const NamedFile& file) {
   const std::string& path = file.path;
@@ -93,7 +106,7 @@ std::string ClipName(absl::string_view path) {
 std::string TrialName(absl::string_view path) {
   const std::string name = ClipName(path);
   if (const auto cmu = CmuTrial(path, name)) return *cmu;
-  std::string trial = absl::AsciiStrToLower(name);
+  std::string trial(WithoutTestbed(absl::AsciiStrToLower(name)));
   constexpr std::array<absl::string_view, 5> kSuffixes = {
       "_mirror", "_mirrored", "_poses", "_stageii", "_retargeted"};
   for (bool changed = true; changed;) {

@@ -21,9 +21,10 @@ std::string ClipName(absl::string_view path);
 //     scaled_131_01, CMU-CMU-02-02_04_poses) and the name is nothing else, the
 //     folders say "cmu", or the folder is the subject's;
 //   others: the clip's name without suffixes that mirroring and conversion add
-//     (_mirror, _mirrored, _poses, _stageii, _retargeted), in lower case. One
-//     name in two formats, as of a clip and its retargeted copy, is one
-//     recording.
+//     (_mirror, _mirrored, _poses, _stageii, _retargeted) and without a testbed
+//     before a video (ASAP's TairanTestbed_CR7_video_CR7 is video_cr7), in
+//     lower case. One name in two formats, as of a clip and its retargeted
+//     copy, is one recording.
 std::string TrialName(absl::string_view path);
 
 // What is asked of one file's name.

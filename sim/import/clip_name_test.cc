@@ -50,6 +50,22 @@ TEST(TrialName, OfAClipInTwoFormatsAndItsMirrorImageIsOne) {
   EXPECT_EQ(TrialName("a/Walk_poses_mirrored.npz"), "walk");
 }
 
+TEST(TrialName, OfAVideoIsTheSameOnATestbed) {
+  const char* video = "smpl_npz/video_CR7_level1_filter_amass.npz";
+  const char* on_testbed =
+      "g1_csv_converted/TairanTestbed_TairanTestbed_CR7_video_CR7_level1_"
+      "filter_amass.csv";
+
+  EXPECT_EQ(TrialName(video), "video_cr7_level1_filter_amass");
+  EXPECT_EQ(TrialName(on_testbed), TrialName(video));
+}
+
+TEST(TrialName, KeepsWhatStandsBeforeAVideoAndIsNoTestbed) {
+  EXPECT_EQ(TrialName("a/hall_video_walk.bvh"), "hall_video_walk");
+  EXPECT_EQ(TrialName("a/video_testbed.bvh"), "video_testbed");
+  EXPECT_EQ(TrialName("a/testbed_walk.bvh"), "testbed_walk");
+}
+
 TEST(UniqueNames, TakesTheFolderInForAnotherFileOfTheSameName) {
   const auto names = UniqueNames({{"bvh/02/02_01.bvh", "a"},
                                   {"amc/02/02_01.amc", "b"},

@@ -33,14 +33,13 @@ absl::StatusOr<evaluation::BundleSubject> Load(
   return loaded;
 }
 
-absl::StatusOr<SetSummary> Evaluate(const std::string& what,
-                                    const evaluation::BundleSubject& bundle,
-                                    const PromotionOptions& options,
-                                    const StopToken& stop) {
+absl::StatusOr<EvaluationSummary> Evaluate(
+    const std::string& what, const evaluation::BundleSubject& bundle,
+    const PromotionOptions& options, const StopToken& stop) {
   auto summary =
       evaluation::EvaluatePolicy(bundle.subject, options.evaluation, stop);
   SINEW_RETURN_IF_ERROR(WithContext(summary.status(), what));
-  return std::move(summary->overall);
+  return summary;
 }
 
 // The incumbent, which the candidate can stand for.

@@ -27,8 +27,8 @@ struct PromotionOptions {
 struct Promotion {
   std::string id;            // of the candidate
   std::string incumbent_id;  // empty: there was none
-  SetSummary candidate;
-  std::optional<SetSummary> incumbent;
+  EvaluationSummary candidate;
+  std::optional<EvaluationSummary> incumbent;
   PromotionVerdict verdict;
 };
 

@@ -213,11 +213,13 @@ class Sampling {
 
   absl::Status Write() {
     const SamplingSource source = Source();
-    SINEW_RETURN_IF_ERROR(WriteFileAtomically(
-        options_.out,
-        SamplingJson(source, transitions_ ? &*transitions_ : nullptr,
-                     result_.ways)));
-    result_.files.push_back(options_.out);
+    if (!options_.out.empty()) {
+      SINEW_RETURN_IF_ERROR(WriteFileAtomically(
+          options_.out,
+          SamplingJson(source, transitions_ ? &*transitions_ : nullptr,
+                       result_.ways)));
+      result_.files.push_back(options_.out);
+    }
     if (!options_.page.empty()) {
       SINEW_ASSIGN_OR_RETURN(
           const std::string page,

@@ -24,7 +24,7 @@ struct SamplingOptions {
   double threshold = 0.5;       // of coverage, > 0
   int64_t transitions = 40000;  // that are compared at most, >= 1
   bool student = false;         // also what the policy itself covers
-  std::string out;              // JSON file
+  std::string out;              // JSON file; empty: none
   std::string pictures;         // folder; empty: none
   std::string page;             // HTML file; empty: none
 };
@@ -40,8 +40,8 @@ inline constexpr int64_t kMostSteps = 500000;
 // What `sinew sample` does: lets the prior of a bundle move bodies from `start`
 // (clip where there is a library, else fallen) at each scale of the noise, and,
 // since figures flatter otherwise, at none, and with the zero action; measures,
-// compares with the library, writes `out` and, where asked for, pictures and a
-// page. Same inputs, same bits, however many threads.
+// compares with the library, and writes those of `out`, page and pictures that
+// are asked for. Same inputs, same bits, however many threads.
 //
 // Blocking: computes and waits for the disk, seconds to minutes. Errors:
 // INVALID_ARGUMENT naming the flag, expected and found; those of ReadBundle,

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/time.h"
@@ -18,6 +20,7 @@
 #include "deploy/checkpoint/folder_files.h"
 #include "deploy/checkpoint/open_store.h"
 #include "deploy/checkpoint/service/checkpoint_server.h"
+#include "deploy/checkpoint/stable_bundle.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -118,7 +121,22 @@ absl::Status Get(const StoreOptions& options, const StopToken& stop) {
   return absl::OkStatus();
 }
 
+// Refuses the names that promotion owns, as aliases and as ids that would stand
+// in for them.
+absl::Status CheckNotPromotions(const std::string& name) {
+  if (name != checkpoint::kStable && name != checkpoint::kStablePrevious) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "\"", name,
+      "\": expected another name: this one is sinew promote's, which compares "
+      "the bundle with the stable one (whatever the figures: with "
+      "--success-tolerance 1 --error-tolerance 1e9) and keeps the way back "
+      "(--rollback)"));
+}
+
 absl::Status Put(const StoreOptions& options, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckNotPromotions(options.id));
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
                          checkpoint::ReadFolder(options.folder));
   SINEW_ASSIGN_OR_RETURN(const auto store,
@@ -134,6 +152,7 @@ absl::Status Put(const StoreOptions& options, const StopToken& stop) {
 }
 
 absl::Status SetAlias(const StoreOptions& options, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckNotPromotions(options.name));
   SINEW_ASSIGN_OR_RETURN(const auto store,
                          Open(options, StoreAccess::kWrite, stop));
   SINEW_RETURN_IF_ERROR(
@@ -198,7 +217,9 @@ void AddCheckpointCommand(CLI::App& app, Action& action) {
   put->add_option("--iteration", options->iteration, "that it was made at");
 
   CLI::App* alias = AddVerb(*checkpoint, action, "alias",
-                            "point a name at an artifact", options, SetAlias);
+                            "point a name at an artifact; sinew promote does "
+                            "so with stable",
+                            options, SetAlias);
   alias->add_option("name", options->name, "the alias")->required();
   alias->add_option("id", options->id, "of the artifact")->required();
   alias->add_option("--expected", options->expected,

@@ -8,7 +8,9 @@
 namespace sinew::tools {
 
 // sinew checkpoint serve | list | get | put | alias: the checkpoint role and
-// what people do with a store, be it a folder or a service. See command.h.
+// what people do with a store, be it a folder or a service. INVALID_ARGUMENT
+// for the names of deploy/checkpoint/stable_bundle.h, which `sinew promote`
+// alone gives. See command.h.
 void AddCheckpointCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

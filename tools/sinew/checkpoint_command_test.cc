@@ -57,16 +57,15 @@ class CheckpointCommand : public ::testing::Test {
         Run(absl::StrCat("put ", Path("bundle"),
                          " --id bundle-1 --kind bundle --iteration 40", store)),
         IsOk());
-    EXPECT_THAT(Run("alias stable bundle-1" + store), IsOk());
+    EXPECT_THAT(Run("alias best bundle-1" + store), IsOk());
     EXPECT_THAT(Output("list" + store),
                 IsOkAndHolds(AllOf(HasSubstr("bundle-1"), HasSubstr(" 40 "),
-                                   HasSubstr(" stable\n"))));
-    EXPECT_THAT(Run(absl::StrCat("get stable --out ", Path("out"), store)),
+                                   HasSubstr(" best\n"))));
+    EXPECT_THAT(Run(absl::StrCat("get best --out ", Path("out"), store)),
                 IsOk());
     EXPECT_THAT(ReadFile(Path("out/character/a.xml")), IsOkAndHolds("x"));
-    EXPECT_THAT(Run("alias stable bundle-1 --expected bundle-0" + store),
-                IsOk());
-    EXPECT_THAT(Run("alias stable bundle-2" + store),
+    EXPECT_THAT(Run("alias best bundle-1 --expected bundle-0" + store), IsOk());
+    EXPECT_THAT(Run("alias best bundle-2" + store),
                 StatusIs(absl::StatusCode::kNotFound, HasSubstr("bundle-2")));
     EXPECT_THAT(Run(absl::StrCat("get absent --out ", Path("absent"), store)),
                 StatusIs(absl::StatusCode::kNotFound, HasSubstr("absent")));
@@ -87,6 +86,27 @@ TEST_F(CheckpointCommand, PutsListsNamesAndGetsOverAService) {
   ASSERT_THAT(server, IsOk());
 
   ExpectToWork(" --store " + (*server)->address());
+}
+
+TEST_F(CheckpointCommand, LeavesTheNamesOfPromotionToIt) {
+  const std::string store = " --store " + Path("store");
+  const std::string put =
+      absl::StrCat("put ", Path("bundle"), " --kind bundle", store, " --id ");
+  ASSERT_THAT(Run(put + "bundle-1"), IsOk());
+
+  for (const std::string name : {"stable", "stable-previous"}) {
+    const auto is_refused = StatusIs(
+        absl::StatusCode::kInvalidArgument,
+        AllOf(HasSubstr(absl::StrCat("\"", name, "\": expected")),
+              HasSubstr("sinew promote"), HasSubstr("--error-tolerance 1e9"),
+              HasSubstr("--rollback")));
+    EXPECT_THAT(Run(absl::StrCat("alias ", name, " bundle-1", store)),
+                is_refused);
+    EXPECT_THAT(Run(put + name), is_refused);
+    EXPECT_THAT(Run(absl::StrCat("get ", name, " --out ", Path("out"), store)),
+                StatusIs(absl::StatusCode::kNotFound));
+  }
+  EXPECT_THAT(Run("alias stable-2026 bundle-1" + store), IsOk());
 }
 
 TEST_F(CheckpointCommand, SpeaksTls) {

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -10,12 +11,14 @@
 #include "absl/strings/str_format.h"
 #include "common/clock.h"
 #include "common/cpu.h"
+#include "common/evaluation/evaluation_summary.h"
 #include "common/rpc/credentials.h"
 #include "common/status_macros.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
 #include "deploy/checkpoint/stable_bundle.h"
 #include "tools/promotion/promote_bundle.h"
+#include "tools/promotion/promotion_rule.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -29,18 +32,29 @@ struct PromoteOptions {
   bool rollback = false;
 };
 
-void PrintRow(const std::string& who, const SetSummary& set) {
-  absl::PrintF("%-24s %4d of %-4d %6d of %-6d %7.1f %% %9.2f mm\n", who,
+// `common_mm`: its error on the clips that both win, if that was compared.
+void PrintRow(const std::string& who, const SetSummary& set,
+              std::optional<double> common_mm) {
+  absl::PrintF("%-24s %4d of %-4d %6d of %-6d %7.1f %% %9.2f mm", who,
                set.succeeded_clips, set.clips, set.succeeded_starts, set.starts,
                100 * set.success_rate, set.means.e_g_mpjpe_mm);
+  if (common_mm) absl::PrintF(" %11.2f mm", *common_mm);
+  absl::PrintF("\n");
 }
 
 void PrintTable(const Promotion& promotion) {
-  absl::PrintF("%-24s %12s %16s %9s %12s\n", "bundle", "clips", "starts",
-               "success", "E_g-mpjpe");
-  PrintRow(promotion.id, promotion.candidate);
+  const CommonErrors& common = promotion.verdict.common;
+  const bool compared = common.clips > 0;
+  absl::PrintF("%-24s %12s %16s %9s %12s%s\n", "bundle", "clips", "starts",
+               "success", "E_g-mpjpe", compared ? " where both win" : "");
+  const auto common_mm = [&](double error_mm) {
+    return compared ? std::optional(error_mm) : std::nullopt;
+  };
+  PrintRow(promotion.id, promotion.candidate.overall,
+           common_mm(common.candidate_mm));
   if (promotion.incumbent) {
-    PrintRow(promotion.incumbent_id, *promotion.incumbent);
+    PrintRow(promotion.incumbent_id, promotion.incumbent->overall,
+             common_mm(common.incumbent_mm));
   }
 }
 
@@ -128,7 +142,8 @@ void AddPromoteCommand(CLI::App& app, Action& action) {
                       "share of clips that may succeed less (default 0.01)");
   command->add_option("--error-tolerance",
                       options->promotion.rule.error_tolerance,
-                      "share by which E_g-mpjpe may grow (default 0.02)");
+                      "share by which E_g-mpjpe may grow, over the clips that "
+                      "both win (default 0.02)");
   command->add_flag("--rollback", options->rollback,
                     "back to the bundle that was stable before");
   AddEvaluationFlags(*command, *options);

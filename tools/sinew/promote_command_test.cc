@@ -23,7 +23,9 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::RunCommand;
 
 // Two bundles of the toy: "good" all but follows the reference, "bad" pulls all
@@ -82,7 +84,8 @@ TEST_F(PromoteCommand, MakesTheFirstBundleTheStableOne) {
   EXPECT_EQ(Alias("stable"), "good");
   EXPECT_EQ(Alias("stable-previous"), "none");
   EXPECT_THAT(output_, AllOf(HasSubstr("E_g-mpjpe"), HasSubstr(" mm\n"),
-                             HasSubstr("stable -> good (was none)")));
+                             HasSubstr("stable -> good (was none)"),
+                             Not(HasSubstr("where both win"))));
 }
 
 TEST_F(PromoteCommand, ReplacesAWorseOneAndCanGoBack) {
@@ -134,6 +137,16 @@ TEST_F(PromoteCommand, KeepsWhatIsStableAlready) {
 
   EXPECT_EQ(Alias("stable"), "good");
   EXPECT_EQ(Alias("stable-previous"), "none");
+}
+
+TEST_F(PromoteCommand, PrintsTheErrorsOfTheClipsThatBothWin) {
+  ASSERT_THAT(Promote("good"), IsOk());
+  ASSERT_THAT(Promote("good"), IsOk());
+
+  // It wins two of three; its error over all frames is another one.
+  EXPECT_THAT(output_, HasSubstr("E_g-mpjpe where both win\n"));
+  EXPECT_THAT(output_,
+              ContainsRegex("\ngood .* [0-9.]+ mm +[0-9.]+ mm\ngood "));
 }
 
 TEST_F(PromoteCommand, NamesABundleByItsDigestUnlessItIsTold) {

@@ -36,7 +36,8 @@ void AddSampleCommand(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--motions", options->motions,
                       "library: to start from, and to compare with");
-  command->add_option("--out", options->out, "JSON file")->required();
+  command->add_option("--out", options->out,
+                      "JSON file (default: none, the table alone)");
   command->add_option("--seconds", options->seconds,
                       "of each sample (default 10)");
   command->add_option("--count", options->count,

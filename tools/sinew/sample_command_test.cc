@@ -19,6 +19,7 @@ namespace sinew::tools {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -111,6 +112,34 @@ TEST(Sample, BeginsOnTheFloorWithoutALibrary) {
   EXPECT_EQ(json["start"], "fallen");
   EXPECT_FALSE(json.contains("library"));
   EXPECT_FALSE(json["ways"][2].contains("transitions"));
+}
+
+TEST(Sample, PrintsTheTableAloneWithoutAFileToWrite) {
+  const Toy toy;
+  const std::string flags = "--seconds 0.2 --count 2 --noise 1 ";
+  std::string with, without;
+  ASSERT_THAT(Sample(toy.Arguments(flags), &with), IsOk());
+  ASSERT_THAT(RemoveRecursively(toy.out), IsOk());
+  const auto before = ListDirectory(toy.world.folder);
+  ASSERT_THAT(before, IsOk());
+
+  EXPECT_THAT(Sample("--bundle " + toy.bundle + " " + flags, &without), IsOk());
+
+  EXPECT_THAT(without, AllOf(HasSubstr("zero action"), HasSubstr("noise 1")));
+  EXPECT_EQ(with, without + toy.out + "\n");
+  EXPECT_THAT(ListDirectory(toy.world.folder), IsOkAndHolds(*before));
+}
+
+TEST(Sample, WritesAPageWithoutTheFile) {
+  const Toy toy;
+  const std::string page = JoinPath(toy.world.folder, "samples.html");
+
+  ASSERT_THAT(Sample("--bundle " + toy.bundle +
+                     " --seconds 0.2 --count 2 --page " + page),
+              IsOk());
+
+  EXPECT_TRUE(FileExists(page));
+  EXPECT_FALSE(FileExists(toy.out));
 }
 
 TEST(Sample, BeginsWhereItIsTold) {
