@@ -78,7 +78,9 @@ bool PartQueue::IsBarred(int replica, const Part& part) const {
 
 bool PartQueue::OtherIsWell(int replica, const Part& part) const {
   for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
-    if (i != replica && replicas_[i].well && !IsBarred(i, part)) return true;
+    const Replica& one = replicas_[i];
+    // One that is out may still succeed: with calls from before it was out.
+    if (i != replica && one.well && !one.out && !IsBarred(i, part)) return true;
   }
   return false;
 }

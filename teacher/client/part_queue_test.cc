@@ -112,6 +112,23 @@ TEST(PartQueue, DropsAReplicaThatServesSomethingElse) {
                                         HasSubstr("teacher b: bundle")));
 }
 
+TEST(PartQueue, LeavesNothingToAReplicaThatIsOut) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(3, 2), clock);
+  // Of a's two calls one is refused for good, the other still comes through.
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  ASSERT_THAT(queue.Take(0), Optional(1));
+  ASSERT_THAT(queue.Take(1), Optional(2));
+  queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
+  queue.Done(0);
+
+  queue.Failed(1, 2, absl::UnavailableError("teacher b: away"));
+  clock.Advance(absl::Seconds(2));
+
+  EXPECT_THAT(queue.Take(1), Optional(2));
+  EXPECT_THAT(queue.Take(1), Optional(0));
+}
+
 TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(1, 2), clock);
