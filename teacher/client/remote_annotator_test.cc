@@ -282,6 +282,19 @@ TEST_F(RemoteAnnotatorTest, GivesTheTeachersJudgementOfTheRowsOn) {
                                    HasSubstr("no rows")));
 }
 
+TEST_F(RemoteAnnotatorTest, AsksAnotherReplicaForRowsThatOneRefuses) {
+  Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+    return call == 0
+               ? grpc::Status::OK
+               : grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "no rows");
+  });
+  Add();
+
+  ASSERT_THAT(Annotate(), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+}
+
 TEST_F(RemoteAnnotatorTest, NamesPeersThatNeverAnswer) {
   Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
     return call == 0 ? grpc::Status::OK
