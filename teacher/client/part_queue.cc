@@ -72,22 +72,33 @@ int PartQueue::Find(int replica) const {
 }
 
 bool PartQueue::IsBarred(int replica, const Part& part) const {
+  if (part.refused_by.contains(replica)) return true;
   const auto found = part.wrong_answers.find(replica);
   return found != part.wrong_answers.end() && found->second >= kWrongAnswers;
 }
 
 bool PartQueue::OtherIsWell(int replica, const Part& part) const {
   for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
-    if (i != replica && replicas_[i].well && !IsBarred(i, part)) return true;
+    const Replica& one = replicas_[i];
+    // One that is out may still succeed: with calls from before it was out.
+    if (i != replica && one.well && !one.out && !IsBarred(i, part)) return true;
   }
   return false;
 }
 
-bool PartQueue::NobodyIsLeft(const Part& part) const {
+absl::Status PartQueue::Verdict(const Part& part) const {
+  bool all_refused = true;
   for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
-    if (!replicas_[i].out && !IsBarred(i, part)) return false;
+    if (replicas_[i].out) continue;
+    if (!IsBarred(i, part)) return absl::OkStatus();
+    all_refused = all_refused && part.refused_by.contains(i);
   }
-  return true;
+  if (all_refused) return part.last_refusal;
+  return absl::InternalError(
+      absl::StrCat("a part has ", kWrongAnswers,
+                   " wrong answers from every teacher that there is",
+                   part.refused_by.empty() ? "" : " and does not refuse it",
+                   ", the last: ", part.last_wrong_answer.message()));
 }
 
 void PartQueue::Done(int replica) {
@@ -118,21 +129,25 @@ void PartQueue::Failed(int replica, int64_t part, const absl::Status& status) {
 
 absl::Status PartQueue::Judge(int replica, Part& part,
                               const absl::Status& status) {
-  if (absl::IsInvalidArgument(status)) return status;
-  if (IsWrongAnswer(status)) {
+  if (absl::IsInvalidArgument(status)) {
+    part.refused_by.insert(replica);
+    part.last_refusal = status;
+  } else if (IsWrongAnswer(status)) {
     ++part.wrong_answers[replica];
-    if (!NobodyIsLeft(part)) return absl::OkStatus();
-    return absl::InternalError(
-        absl::StrCat("a part has ", kWrongAnswers,
-                     " wrong answers from every teacher that there is, the "
-                     "last: ",
-                     status.message()));
+    part.last_wrong_answer = status;
+  } else if (!MayPass(status)) {
+    replicas_[replica].out = true;
+    const bool others =
+        std::any_of(replicas_.begin(), replicas_.end(),
+                    [](const Replica& one) { return !one.out; });
+    if (!others) return status;
   }
-  if (MayPass(status)) return absl::OkStatus();
-  replicas_[replica].out = true;
-  const bool others = std::any_of(replicas_.begin(), replicas_.end(),
-                                  [](const Replica& one) { return !one.out; });
-  return others ? absl::OkStatus() : status;
+  // Whoever goes out may have been the last that others' parts had.
+  for (const int64_t waiting : waiting_) {
+    const absl::Status verdict = Verdict(parts_[waiting]);
+    if (!verdict.ok()) return verdict;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status PartQueue::Await(const std::stop_token& stop) {

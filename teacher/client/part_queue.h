@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -23,13 +24,15 @@ namespace sinew::teacher {
 //   whoever waits:              Await
 //
 // What becomes of a part that failed:
-//   INVALID_ARGUMENT           the batch is wrong: all ends with it
+//   refused (INVALID_ARGUMENT) asked of others, never again of that replica: it
+//                              is barred from that part
 //   a wrong answer (DATA_LOSS) asked again; the third from one replica bars it
-//                              from that part; once every replica that is not
-//                              out is barred from it, all ends, as INTERNAL
+//                              from that part
 //   away, late, full, a broken connection (INTERNAL, from gRPC)   asked again
 //   anything else (another bundle, no permission)   asked again of others; the
 //                              replica is out, and when all are, all ends
+// Once every replica that is not out is barred from one part, all ends: with
+// the refusal where each of them refused it, else as INTERNAL.
 // The replica waits (back-off) before it takes anything again, and leaves the
 // part to others as long as one of them has not failed since its last success.
 //
@@ -63,6 +66,9 @@ class PartQueue {
   struct Part {
     int failed_by = -1;
     std::map<int, int> wrong_answers = {};  // by replica
+    std::set<int> refused_by = {};
+    absl::Status last_wrong_answer = absl::OkStatus();
+    absl::Status last_refusal = absl::OkStatus();
   };
   struct Replica {
     rpc::Backoff backoff;
@@ -80,7 +86,8 @@ class PartQueue {
   bool IsBarred(int replica, const Part& part) const SINEW_REQUIRES(mu_);
   // Whether another one that may take the part is well.
   bool OtherIsWell(int replica, const Part& part) const SINEW_REQUIRES(mu_);
-  bool NobodyIsLeft(const Part& part) const SINEW_REQUIRES(mu_);
+  // OK while some replica may take the part; else what all ends with.
+  absl::Status Verdict(const Part& part) const SINEW_REQUIRES(mu_);
   // What a failure means for the whole; OK: go on.
   absl::Status Judge(int replica, Part& part, const absl::Status& status)
       SINEW_REQUIRES(mu_);

@@ -86,16 +86,80 @@ TEST(PartQueue, AsksTheSameReplicaAgainAfterABackOffIfThereIsNoOther) {
   EXPECT_THAT(again, Optional(0));
 }
 
-TEST(PartQueue, EndsAtOnceWhenTheBatchItselfIsWrong) {
+TEST(PartQueue, AsksAnotherReplicaForWhatOneRefuses) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/0, /*times=*/1,
+                absl::InvalidArgumentError("teacher a: nan")));
+  // b does not answer for now, yet a never has that part again.
+  ASSERT_NO_FATAL_FAILURE(FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+                                    absl::UnavailableError("teacher b: away")));
+
+  EXPECT_THAT(queue.Take(0), Optional(1));
+  queue.Done(0);
+  EXPECT_THAT(queue.Take(1), Optional(0));
+  queue.Done(1);
+  EXPECT_THAT(queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, EndsWithARefusalOnceEveryReplicaRefuses) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/0, /*times=*/1,
+                absl::InvalidArgumentError("teacher a: nan")));
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+                absl::InvalidArgumentError("teacher b: nan")));
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                        HasSubstr("teacher b: nan")));
+}
+
+TEST(PartQueue, EndsWithTheRefusalOfTheOnlyReplica) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 1), clock);
   ASSERT_THAT(queue.Take(0), Optional(0));
 
   queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
 
-  EXPECT_EQ(queue.Take(1), std::nullopt);
-  EXPECT_THAT(queue.Await({}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nan")));
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                        HasSubstr("teacher a: nan")));
+}
+
+TEST(PartQueue, EndsWithARefusalWhenTheOthersGoOut) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(2, 2), clock);
+  ASSERT_THAT(queue.Take(1), Optional(0));
+  ASSERT_THAT(queue.Take(0), Optional(1));
+  queue.Failed(0, 1, absl::InvalidArgumentError("teacher a: nan"));
+
+  // Part 1 had b alone left.
+  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                        HasSubstr("teacher a: nan")));
+}
+
+TEST(PartQueue, EndsAsInternalWhenSomeRefuseAndSomeAnswerWrongly) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(1, 2), clock);
+  ASSERT_NO_FATAL_FAILURE(
+      FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+                absl::InvalidArgumentError("teacher b: nan")));
+  ASSERT_NO_FATAL_FAILURE(FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+                                    absl::DataLossError("teacher a: short")));
+
+  EXPECT_THAT(
+      queue.Await({}),
+      StatusIs(absl::StatusCode::kInternal,
+               AllOf(HasSubstr("3 wrong answers from every teacher that there "
+                               "is and does not refuse it"),
+                     HasSubstr("the last: teacher a: short"))));
 }
 
 TEST(PartQueue, DropsAReplicaThatServesSomethingElse) {
@@ -110,6 +174,23 @@ TEST(PartQueue, DropsAReplicaThatServesSomethingElse) {
 
   EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kFailedPrecondition,
                                         HasSubstr("teacher b: bundle")));
+}
+
+TEST(PartQueue, LeavesNothingToAReplicaThatIsOut) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(3, 2), clock);
+  // Of a's two calls one is refused for good, the other still comes through.
+  ASSERT_THAT(queue.Take(0), Optional(0));
+  ASSERT_THAT(queue.Take(0), Optional(1));
+  ASSERT_THAT(queue.Take(1), Optional(2));
+  queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
+  queue.Done(0);
+
+  queue.Failed(1, 2, absl::UnavailableError("teacher b: away"));
+  clock.Advance(absl::Seconds(2));
+
+  EXPECT_THAT(queue.Take(1), Optional(2));
+  EXPECT_THAT(queue.Take(1), Optional(0));
 }
 
 TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {

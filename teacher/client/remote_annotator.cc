@@ -1,16 +1,17 @@
 #include "teacher/client/remote_annotator.h"
 
 #include <algorithm>
-#include <limits>
+#include <atomic>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
-#include "common/status_context.h"
+#include "common/logging.h"
 #include "common/status_macros.h"
 #include "teacher/client/answers.h"
+#include "teacher/client/introductions.h"
 #include "teacher/client/part_queue.h"
 #include "teacher/client/replica.h"
 #include "teacher/client/rows.h"
@@ -19,21 +20,31 @@ namespace sinew::teacher {
 namespace {
 
 using Replicas = std::vector<std::unique_ptr<Replica>>;
+using Introductions = std::vector<std::optional<Introduction>>;
+
+// What errors call that which all replicas must be.
+constexpr char kTeacher[] = "the run's teacher";
 
 class RemoteAnnotator final : public Annotator {
  public:
+  // `teacher`: what all replicas must be. Those without an introduction did not
+  // answer.
   RemoteAnnotator(RemoteAnnotatorOptions options, Replicas replicas,
-                  v1::DescribeTeacherResponse description,
-                  std::vector<double> spread)
+                  Introduction teacher, const Introductions& introductions)
       : options_(std::move(options)),
         replicas_(std::move(replicas)),
-        description_(std::move(description)),
-        spread_(std::move(spread)) {}
+        teacher_(std::move(teacher)),
+        introduced_(replicas_.size()),
+        warned_(replicas_.size()) {
+    for (size_t i = 0; i < replicas_.size(); ++i) {
+      introduced_[i] = introductions[i].has_value();
+    }
+  }
 
   const v1::DescribeTeacherResponse& description() const override {
-    return description_;
+    return teacher_.description;
   }
-  absl::Span<const double> spread() const override { return spread_; }
+  absl::Span<const double> spread() const override { return teacher_.spread; }
   absl::Status Annotate(const Rows& rows, absl::Span<double> targets) override;
 
  private:
@@ -47,26 +58,29 @@ class RemoteAnnotator final : public Annotator {
 
   // Serves one replica until the queue has no more for it.
   void Work(int replica, const Batch& batch, PartQueue& queue,
-            const std::stop_token& cancel) const;
-  absl::Status Verify(const Replica& replica,
-                      const std::stop_token& cancel) const;
+            const std::stop_token& cancel);
+  // Whether the replica is the teacher; of one that has not introduced itself
+  // yet, or has been away, as at the beginning.
+  absl::Status Verify(int replica, const std::stop_token& cancel);
   absl::Status Ask(const Replica& replica, const Batch& batch, int64_t part,
                    const std::stop_token& cancel) const;
 
   const RemoteAnnotatorOptions options_;
   const Replicas replicas_;
-  const v1::DescribeTeacherResponse description_;
-  const std::vector<double> spread_;
+  const Introduction teacher_;
+  // By replica: whether it has been found to be the teacher; whether the log
+  // says that it is not.
+  std::vector<std::atomic<bool>> introduced_, warned_;
 };
 
 absl::Status RemoteAnnotator::Annotate(const Rows& rows,
                                        absl::Span<double> targets) {
   SINEW_ASSIGN_OR_RETURN(const int64_t count,
-                         CheckRows(description_, rows, targets));
+                         CheckRows(description(), rows, targets));
   if (count == 0) return absl::OkStatus();
   const auto replicas = static_cast<int64_t>(replicas_.size());
   const int64_t most =
-      std::min<int64_t>(options_.max_rows, description_.max_rows());
+      std::min<int64_t>(options_.max_rows, description().max_rows());
   const int64_t part_rows = std::min(most, (count + replicas - 1) / replicas);
   const Batch batch = {
       .rows = rows, .targets = targets, .count = count, .part_rows = part_rows};
@@ -94,31 +108,53 @@ absl::Status RemoteAnnotator::Annotate(const Rows& rows,
 }
 
 void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
-                           const std::stop_token& cancel) const {
-  const Replica& one = *replicas_[replica];
+                           const std::stop_token& cancel) {
   bool verified = false;
   while (const std::optional<int64_t> part = queue.Take(replica)) {
-    absl::Status status = verified ? absl::OkStatus() : Verify(one, cancel);
-    if (status.ok()) status = Ask(one, batch, *part, cancel);
+    verified = verified && introduced_[replica];
+    absl::Status status = verified ? absl::OkStatus() : Verify(replica, cancel);
+    if (status.ok()) status = Ask(*replicas_[replica], batch, *part, cancel);
     verified = status.ok();
     if (status.ok()) {
       queue.Done(replica);
     } else {
+      // Whoever comes back may be another.
+      if (absl::IsUnavailable(status)) introduced_[replica] = false;
       queue.Failed(replica, *part, status);
     }
   }
 }
 
-absl::Status RemoteAnnotator::Verify(const Replica& replica,
-                                     const std::stop_token& cancel) const {
-  SINEW_ASSIGN_OR_RETURN(const v1::DescribeTeacherResponse found,
-                         replica.Describe({}, options_.call_timeout, cancel));
-  SINEW_RETURN_IF_ERROR(
-      CheckAlike(description_, "the run's teacher", found, replica.peer()));
-  if (found.max_rows() >= description_.max_rows()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      replica.peer(), ": max_rows: expected ", description_.max_rows(),
-      " as it had, found ", found.max_rows()));
+absl::Status RemoteAnnotator::Verify(int replica,
+                                     const std::stop_token& cancel) {
+  const Replica& one = *replicas_[replica];
+  Introduction found;
+  absl::Status status;
+  const bool known = introduced_[replica];
+  if (known) {
+    SINEW_ASSIGN_OR_RETURN(found.description,
+                           one.Describe({}, options_.call_timeout, cancel));
+    status = CheckAlike(description(), kTeacher, found.description, one.peer());
+  } else {
+    SINEW_ASSIGN_OR_RETURN(
+        found,
+        Introduce(one, [this] { return options_.call_timeout; }, cancel));
+    status = CheckSameTeacher(teacher_, kTeacher, found, one.peer());
+  }
+  if (status.ok() && found.description.max_rows() < description().max_rows()) {
+    status = absl::FailedPreconditionError(
+        absl::StrCat(one.peer(), ": max_rows: expected ",
+                     description().max_rows(), " or more, as ", kTeacher,
+                     " has, found ", found.description.max_rows()));
+  }
+  if (status.ok()) {
+    if (!known && !introduced_[replica].exchange(true)) {
+      LogInfo("a teacher has come", {{"peer", one.peer()}});
+    }
+  } else if (!warned_[replica].exchange(true)) {
+    LogWarning("a teacher is left out", {{"error", status.message()}});
+  }
+  return status;
 }
 
 absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
@@ -126,96 +162,19 @@ absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
                                   const std::stop_token& cancel) const {
   const int64_t first = part * batch.part_rows;
   const int64_t count = std::min(batch.part_rows, batch.count - first);
-  const int64_t width = description_.action_width();
+  const int64_t width = description().action_width();
   SINEW_ASSIGN_OR_RETURN(
       const v1::AnnotateResponse answer,
-      replica.Annotate(MakeRequest(description_, batch.rows, first, count),
+      replica.Annotate(MakeRequest(description(), batch.rows, first, count),
                        options_.call_timeout, cancel));
   std::vector<double> spread(width);
   SINEW_RETURN_IF_ERROR(
-      ReadAnswer(description_, answer, replica.peer(),
+      ReadAnswer(description(), answer, replica.peer(),
                  batch.targets.subspan(first * width, count * width),
                  absl::MakeSpan(spread)));
-  if (spread == spread_) return absl::OkStatus();
+  if (spread == teacher_.spread) return absl::OkStatus();
   return absl::DataLossError(absl::StrCat(
       replica.peer(), ": spread: expected what it was, found other numbers"));
-}
-
-// What a replica says of itself and of a sample row.
-struct Introduction {
-  v1::DescribeTeacherResponse description;
-  std::vector<double> targets, spread;
-};
-
-// An observation by which policies show how they differ: zeros would ask only
-// for their biases.
-std::vector<float> SampleRow(int64_t width) {
-  std::vector<float> row(width);
-  for (int64_t i = 0; i < width; ++i) {
-    row[i] = 0.1F * static_cast<float>(i % 7 - 3);
-  }
-  return row;
-}
-
-absl::StatusOr<Introduction> Introduce(const RemoteAnnotatorOptions& options,
-                                       const Clock& clock,
-                                       Clock::TimePoint deadline,
-                                       const Replica& replica) {
-  const auto timeout = [&] {
-    return std::min(options.call_timeout,
-                    absl::FromChrono(deadline - clock.SteadyNow()));
-  };
-  v1::DescribeTeacherRequest request;
-  request.set_with_provenance(true);
-  Introduction result;
-  SINEW_ASSIGN_OR_RETURN(result.description,
-                         replica.Describe(request, timeout(), options.stop));
-  SINEW_RETURN_IF_ERROR(CheckDescription(result.description, replica.peer()));
-  const std::vector<float> observations =
-      SampleRow(result.description.observation_width());
-  const std::vector<double> bases(result.description.action_width(), 0.0);
-  SINEW_ASSIGN_OR_RETURN(
-      const v1::AnnotateResponse answer,
-      replica.Annotate(
-          MakeRequest(result.description,
-                      {.observations = observations, .bases = bases}, 0, 1),
-          timeout(), options.stop));
-  result.targets.resize(bases.size());
-  result.spread.resize(bases.size());
-  SINEW_RETURN_IF_ERROR(ReadAnswer(result.description, answer, replica.peer(),
-                                   absl::MakeSpan(result.targets),
-                                   absl::MakeSpan(result.spread)));
-  return result;
-}
-
-// Introduce until it works: replicas may still be starting.
-absl::StatusOr<Introduction> AwaitIntroduction(
-    const RemoteAnnotatorOptions& options, const Clock& clock,
-    Clock::TimePoint deadline, const Replica& replica) {
-  absl::StatusOr<Introduction> result;
-  const absl::Status status = rpc::Retry(
-      options.backoff, std::numeric_limits<int>::max(),
-      [&](absl::Duration wait) {
-        return clock.After(wait) < deadline && rpc::WaitFor(wait, options.stop);
-      },
-      [&] {
-        result = Introduce(options, clock, deadline, replica);
-        // A full queue empties.
-        return absl::IsResourceExhausted(result.status())
-                   ? absl::UnavailableError(result.status().message())
-                   : result.status();
-      });
-  if (options.stop.stop_requested()) {
-    return absl::CancelledError(
-        absl::StrCat("connecting to ", replica.peer(), " was stopped"));
-  }
-  if (absl::IsCancelled(status)) {
-    return WithContext(result.status(),
-                       absl::StrCat("no answer within ",
-                                    absl::FormatDuration(options.patience)));
-  }
-  if (!status.ok()) return status;
-  return result;
 }
 
 absl::Status CheckOptions(const RemoteAnnotatorOptions& options) {
@@ -238,22 +197,22 @@ absl::Status CheckOptions(const RemoteAnnotatorOptions& options) {
   return absl::OkStatus();
 }
 
-// Whether all are one teacher; then what every one of them takes.
-absl::StatusOr<v1::DescribeTeacherResponse> CommonDescription(
-    const Replicas& replicas, absl::Span<const Introduction> introductions) {
-  const Introduction& first = introductions.front();
-  v1::DescribeTeacherResponse result = first.description;
-  for (size_t i = 1; i < replicas.size(); ++i) {
-    const Introduction& other = introductions[i];
-    SINEW_RETURN_IF_ERROR(CheckAlike(first.description, replicas[0]->peer(),
-                                     other.description, replicas[i]->peer()));
-    if (other.targets != first.targets || other.spread != first.spread) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          replicas[i]->peer(), ": expected the same answer to a sample row ",
-          "as ", replicas[0]->peer(), " gives, found another"));
-    }
-    result.set_max_rows(
-        std::min(result.max_rows(), other.description.max_rows()));
+// Whether all that answer are one teacher; then what it is, and takes.
+absl::StatusOr<Introduction> CommonIntroduction(
+    const Replicas& replicas, const Introductions& introductions) {
+  const auto first = static_cast<size_t>(
+      std::ranges::find_if(introductions,
+                           [](const auto& one) { return one.has_value(); }) -
+      introductions.begin());
+  Introduction result = *introductions[first];
+  for (size_t i = first + 1; i < replicas.size(); ++i) {
+    if (!introductions[i].has_value()) continue;
+    SINEW_RETURN_IF_ERROR(CheckSameTeacher(result, replicas[first]->peer(),
+                                           *introductions[i],
+                                           replicas[i]->peer()));
+    result.description.set_max_rows(
+        std::min(result.description.max_rows(),
+                 introductions[i]->description.max_rows()));
   }
   return result;
 }
@@ -269,20 +228,24 @@ absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
                            Replica::Create(address, options.security));
     replicas.push_back(std::move(replica));
   }
-  const SystemClock clock;
-  const Clock::TimePoint deadline = clock.After(options.patience);
-  std::vector<Introduction> introductions;
-  for (const auto& replica : replicas) {
-    SINEW_ASSIGN_OR_RETURN(
-        Introduction one,
-        AwaitIntroduction(options, clock, deadline, *replica));
-    introductions.push_back(std::move(one));
+  SystemClock clock;
+  SINEW_ASSIGN_OR_RETURN(const Introductions introductions,
+                         IntroduceAll(replicas,
+                                      {.stop = options.stop,
+                                       .call_timeout = options.call_timeout,
+                                       .patience = options.patience,
+                                       .wait_for_all = options.wait_for_all,
+                                       .backoff = options.backoff},
+                                      clock));
+  SINEW_ASSIGN_OR_RETURN(Introduction teacher,
+                         CommonIntroduction(replicas, introductions));
+  for (size_t i = 0; i < replicas.size(); ++i) {
+    if (introductions[i].has_value()) continue;
+    LogWarning("a teacher does not answer; going on with others",
+               {{"peer", replicas[i]->peer()}});
   }
-  SINEW_ASSIGN_OR_RETURN(v1::DescribeTeacherResponse description,
-                         CommonDescription(replicas, introductions));
-  return std::make_unique<RemoteAnnotator>(
-      options, std::move(replicas), std::move(description),
-      std::move(introductions.front().spread));
+  return std::make_unique<RemoteAnnotator>(options, std::move(replicas),
+                                           std::move(teacher), introductions);
 }
 
 }  // namespace sinew::teacher

@@ -25,6 +25,9 @@ struct RemoteAnnotatorOptions {
   absl::Duration call_timeout = absl::Seconds(30);
   // How long to go on without any success, > 0.
   absl::Duration patience = absl::Minutes(2);
+  // How long to wait at the beginning for replicas that do not answer while
+  // others do; none where it is not > 0.
+  absl::Duration wait_for_all = absl::Seconds(10);
   // Rows of a call at most, >= 1; replicas may ask for fewer.
   int64_t max_rows = 1024;
   // Calls to one replica at a time, >= 1: one travels while one is computed.
@@ -43,14 +46,19 @@ struct RemoteAnnotatorOptions {
 // (part_queue.h has the exact rules). So the result does not depend on which
 // replicas answered, nor on how often it took.
 //
-// All replicas must be there at the beginning, and be alike: the same bundle,
-// build and CPU class, and the same bytes in answer to a sample row.
+// All replicas that answer at the beginning must be alike: the same bundle,
+// build and CPU class, and the same bytes in answer to a sample row. One that
+// does not answer within `wait_for_all` is gone on without, as long as another
+// does; when it comes, as when any comes back that was away, it is checked in
+// the same way before it gets any row, and left out where it differs or takes
+// fewer rows than those that were there. The log says who is missing, has come,
+// or is left out.
 //
 // INVALID_ARGUMENT: an option out of range, an address; FAILED_PRECONDITION:
 // replicas that differ, naming both, or one that makes no sense; UNAVAILABLE,
-// DEADLINE_EXCEEDED: one that does not answer within `patience` (named), which
-// is for all of them together; CANCELLED: stop. The annotator is as Annotator
-// says; FAILED_PRECONDITION where all replicas have become others.
+// DEADLINE_EXCEEDED: none answers within `patience` (all named); CANCELLED:
+// stop. The annotator is as Annotator says; FAILED_PRECONDITION where all
+// replicas have become others.
 absl::StatusOr<std::unique_ptr<Annotator>> ConnectAnnotator(
     const RemoteAnnotatorOptions& options);
 

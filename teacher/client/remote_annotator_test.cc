@@ -57,12 +57,22 @@ class RemoteAnnotatorTest : public ::testing::Test {
   FakeTeacher& Add(FakeTeacher::Fault fault = {}) {
     const std::string address = folder_.Address(
         std::string(1, static_cast<char>('a' + teachers_.size())));
+    options_.addresses.push_back(address);
+    return Start(address, std::move(fault));
+  }
+  FakeTeacher& Start(const std::string& address,
+                     FakeTeacher::Fault fault = {}) {
     teachers_.push_back(std::make_unique<FakeTeacher>(std::move(fault)));
     servers_.push_back(
         rpc::Server::Start({.address = address}, {teachers_.back().get()})
             .value());
-    options_.addresses.push_back(address);
     return *teachers_.back();
+  }
+  // The address of a replica that is not there.
+  std::string AddAbsent() {
+    options_.addresses.push_back(folder_.Address("absent"));
+    options_.wait_for_all = absl::Milliseconds(100);
+    return options_.addresses.back();
   }
 
   absl::Status Annotate() {
@@ -238,6 +248,94 @@ TEST_F(RemoteAnnotatorTest, RefusesReplicasThatDiffer) {
                        HasSubstr("CPU class: expected x86-64-v3")));
 }
 
+TEST_F(RemoteAnnotatorTest, GoesOnWithoutAReplicaThatDoesNotAnswer) {
+  AddAbsent();
+  Add();
+
+  ASSERT_THAT(Annotate(), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+}
+
+TEST_F(RemoteAnnotatorTest, WaitsAtTheBeginningForReplicasThatAreStarting) {
+  Add();
+  options_.wait_for_all = absl::Seconds(30);
+  FakeTeacher& b =
+      Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+        return call < 3 ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "soon")
+                        : grpc::Status::OK;
+      });
+
+  ASSERT_THAT(ConnectAnnotator(options_), IsOk());
+
+  EXPECT_EQ(b.calls(), 4);
+}
+
+TEST_F(RemoteAnnotatorTest, UsesAReplicaThatComesLater) {
+  const std::string late = AddAbsent();
+  Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+    return call == 0 ? grpc::Status::OK
+                     : grpc::Status(grpc::StatusCode::UNAVAILABLE, "tired");
+  });
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  FakeTeacher& b = Start(late);
+
+  ASSERT_THAT(Annotate(**annotator), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+  EXPECT_GE(b.calls(), 1 + 7);  // the sample row; 50 rows by 8
+}
+
+TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatComesLaterAndDiffers) {
+  const std::string late = AddAbsent();
+  std::atomic<bool> tired = true;
+  Add([&](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+    return call == 0 || !tired
+               ? grpc::Status::OK
+               : grpc::Status(grpc::StatusCode::UNAVAILABLE, "tired");
+  });
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  FakeTeacher& b = Start(
+      late, [&](int, grpc::ServerContext&, v1::AnnotateResponse& response) {
+        const double other = 1e-9;
+        std::memcpy(response.mutable_targets()->data(), &other, 8);
+        tired = false;
+        return grpc::Status::OK;
+      });
+
+  ASSERT_THAT(Annotate(**annotator), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+  EXPECT_EQ(b.most_rows(), 1);  // sample rows alone
+}
+
+TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatComesBackWithOtherNumbers) {
+  std::atomic<bool> tired = true;
+  Add([&](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+    return call == 0 || !tired
+               ? grpc::Status::OK
+               : grpc::Status(grpc::StatusCode::UNAVAILABLE, "tired");
+  });
+  FakeTeacher& b =
+      Add([&](int call, grpc::ServerContext&, v1::AnnotateResponse& response) {
+        if (call == 0) return grpc::Status::OK;
+        if (call == 1)
+          return grpc::Status(grpc::StatusCode::UNAVAILABLE, "away");
+        const double other = 1e-9;
+        std::memcpy(response.mutable_targets()->data(), &other, 8);
+        tired = false;
+        return grpc::Status::OK;
+      });
+  options_.calls_in_flight = 1;
+
+  ASSERT_THAT(Annotate(), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+  EXPECT_EQ(b.calls(), 3);
+}
+
 TEST_F(RemoteAnnotatorTest, RefusesAReplicaWhoseNumbersDiffer) {
   Add();
   Add([](int, grpc::ServerContext&, v1::AnnotateResponse& response) {
@@ -282,6 +380,19 @@ TEST_F(RemoteAnnotatorTest, GivesTheTeachersJudgementOfTheRowsOn) {
                                    HasSubstr("no rows")));
 }
 
+TEST_F(RemoteAnnotatorTest, AsksAnotherReplicaForRowsThatOneRefuses) {
+  Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
+    return call == 0
+               ? grpc::Status::OK
+               : grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "no rows");
+  });
+  Add();
+
+  ASSERT_THAT(Annotate(), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+}
+
 TEST_F(RemoteAnnotatorTest, NamesPeersThatNeverAnswer) {
   Add([](int call, grpc::ServerContext&, v1::AnnotateResponse&) {
     return call == 0 ? grpc::Status::OK
@@ -294,10 +405,12 @@ TEST_F(RemoteAnnotatorTest, NamesPeersThatNeverAnswer) {
                        AllOf(HasSubstr("no teacher answered within 200ms"),
                              HasSubstr(options_.addresses[0]))));
 
-  options_.addresses = {folder_.Address("nobody")};
+  options_.addresses = {folder_.Address("nobody"), folder_.Address("none")};
   EXPECT_THAT(ConnectAnnotator(options_),
               StatusIs(absl::StatusCode::kUnavailable,
-                       HasSubstr(options_.addresses[0])));
+                       AllOf(HasSubstr("no answer within 200ms"),
+                             HasSubstr(options_.addresses[0]),
+                             HasSubstr(options_.addresses[1]))));
 }
 
 TEST_F(RemoteAnnotatorTest, ConnectsWithinItsPatienceHoweverLongACallMayBe) {

@@ -10,7 +10,6 @@
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/status_macros.h"
-#include "learner/curriculum/only_clips_check.h"
 #include "sim/motion/library.h"
 #include "sim/world/start.h"
 
@@ -22,23 +21,17 @@ constexpr char kInitRole[] = "init";
 
 }  // namespace
 
-absl::StatusOr<ProcedureInputs> MakeProcedureInputs(
-    const v1::Recipe& recipe, const TaskSetup& setup,
-    const std::string& init_sha256) {
+ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
+                                    const TaskSetup& setup,
+                                    const std::string& init_sha256) {
   const v1::Start& start = recipe.task().start();
   const v1::MotionLibrary& library = setup.library->manifest();
-  SINEW_RETURN_IF_ERROR(learner::CheckOnlyClips(start, library));
   ProcedureInputs inputs;
   ProcedureRecord& record = inputs.record;
   for (const v1::ClipInfo& clip : library.clips()) {
     inputs.clips.push_back(clip.name());
     if (world::IsDrawn(start, clip)) inputs.trained_on.push_back(clip.name());
     if (clip.left_out()) ++record.left_out_clips;
-  }
-  if (inputs.trained_on.empty()) {
-    return absl::InvalidArgumentError(
-        "the motion library: expected clips to train on, found none that is "
-        "neither left out nor outside task.start.only_clips");
   }
   record.recipe_sha256 = Sha256Hex(PrintRecipe(recipe));
   for (const char* role : {"character", "model"}) {

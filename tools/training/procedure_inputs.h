@@ -23,11 +23,9 @@ struct ProcedureInputs {
 // `recipe` has its defaults filled; `setup` is that of its first stage;
 // `init_sha256` is of the manifest of the bundle that --init names, or empty.
 // Pure.
-// INVALID_ARGUMENT: no clip of the library is trained on, or
-// task.start.only_clips names one that is not.
-absl::StatusOr<ProcedureInputs> MakeProcedureInputs(
-    const v1::Recipe& recipe, const TaskSetup& setup,
-    const std::string& init_sha256);
+ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
+                                    const TaskSetup& setup,
+                                    const std::string& init_sha256);
 
 // FAILED_PRECONDITION naming the run's folder and what differs between the
 // record that lies there and that of a procedure of the same inputs. What

@@ -57,7 +57,8 @@ struct RunTeacherOptions {
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;
 // something that does not fit, with bundle or peer, field, expected and found;
-// those of ReadBundle; UNAVAILABLE for peers that do not answer.
+// those of ReadBundle, of ConnectAnnotator for addresses: UNAVAILABLE or
+// DEADLINE_EXCEEDED where none of them answers, among others.
 absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
     const RunTeacherOptions& options, const v1::Recipe& recipe,
     const TaskSetup& setup);

@@ -11,11 +11,13 @@
 #include "common/files.h"
 #include "common/mapped_file.h"
 #include "common/status_macros.h"
+#include "learner/curriculum/only_clips_check.h"
 #include "sim/character/character.h"
 #include "sim/motion/clip_digest.h"
 #include "sim/motion/library.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/mirror.h"
+#include "sim/world/start.h"
 #include "tools/training/student_reach.h"
 
 namespace sinew::tools {
@@ -79,6 +81,19 @@ absl::string_view Optional(const Assets& assets, const std::string& role) {
   return found == assets.end() ? absl::string_view() : found->second;
 }
 
+// Before a run's folder is touched.
+absl::Status CheckTrainedOn(const v1::Start& start,
+                            const motion::Library& library,
+                            const std::string& motions) {
+  SINEW_RETURN_IF_ERROR(learner::CheckOnlyClips(start, library.manifest()));
+  for (const v1::ClipInfo& clip : library.manifest().clips()) {
+    if (world::IsDrawn(start, clip)) return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(motions, ": expected clips to train on, found none among ",
+                   library.num_clips(), " that is not left out of training"));
+}
+
 v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
   v1::TaskAssets list;
   for (const auto& [role, bytes] : assets) {
@@ -104,6 +119,8 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   SINEW_ASSIGN_OR_RETURN(
       setup.library,
       motion::Library::FromMapped(assets["library"], frames, motions));
+  SINEW_RETURN_IF_ERROR(
+      CheckTrainedOn(recipe.task().start(), *setup.library, motions));
   setup.clip_sha256 = motion::ClipDigests(*setup.library);
   SINEW_ASSIGN_OR_RETURN(
       const auto rollout,

@@ -51,9 +51,9 @@ using KeptFallenStates =
 // character for the recipe (defaults filled, valid), and builds the task from
 // the assets' bytes just as an actor will. Fallen states, where the recipe has
 // them, are what `kept` has (if they are of this character and as many as asked
-// for), else made anew. A student's law must reach its labels
-// (student_reach.h). Blocks on the disk. NOT_FOUND, INVALID_ARGUMENT naming
-// file and field.
+// for), else made anew. Some clip must be one that is trained on, and a
+// student's law must reach its labels (student_reach.h). Blocks on the disk.
+// NOT_FOUND, INVALID_ARGUMENT naming file and field.
 absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
                                     const std::string& character,
                                     const std::string& motions,

@@ -122,5 +122,19 @@ TEST_F(TaskSetups, MakeFallenStatesAnewWhereTheKeptOnesDoNotFit) {
   }
 }
 
+TEST_F(TaskSetups, NeedAClipThatIsTrainedOn) {
+  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
+  for (const int clip : {0, 1, 2}) {
+    world::testing::LeaveOutOnDisk(clip, toy.library_folder);
+  }
+
+  EXPECT_THAT(
+      SetUpTask(toy.recipe, JoinPath(toy.folder, "character.textproto"),
+                toy.library_folder),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               AllOf(HasSubstr(toy.library_folder),
+                     HasSubstr("found none among 3 that is not left out"))));
+}
+
 }  // namespace
 }  // namespace sinew::tools
