@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "absl/time/time.h"
@@ -14,6 +18,7 @@
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/snapshot.pb.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
@@ -241,6 +246,60 @@ TEST(DistillationTest, TrainsAStudentWithoutABottleneck) {
 
   rig.MustRun("verify",
               {"verify", JoinPath(rig.Path("run"), "bundle"), "--skip-onnx"});
+}
+
+// Of all rows of a run's metrics.
+int64_t SumOf(const TrainingRig& rig, const std::string& run,
+              const std::string& column) {
+  std::istringstream rows(
+      ReadFile(JoinPath(rig.Path(run), "metrics.jsonl")).value_or(""));
+  int64_t sum = 0;
+  for (std::string row; std::getline(rows, row);) {
+    sum += nlohmann::json::parse(row).at(column).get<int64_t>();
+  }
+  return sum;
+}
+
+// As learner/curriculum/bin_sums.h has it.
+double FailureRate(const v1::CurriculumTable::Bin& bin) {
+  return (bin.recent_failures() + 1) / (bin.recent_passages() + 2);
+}
+
+double PerFrame(const v1::CurriculumTable::Bin& bin) {
+  return bin.probability() / bin.num_frames();
+}
+
+// The toy's clips are shorter than a bin: each is one. A student that has
+// learnt next to nothing stands ("sway"), and does not walk ("turn").
+TEST(DistillationTest, StartsMoreOftenWhereTheStudentFails) {
+  const TrainingRig rig;
+  const std::string teacher = MakeTeacher(rig);
+  TrainingRig::Arguments arguments = Taught(teacher, Latent());
+  arguments.insert(arguments.end(), {"--set", "task.start.rule=adaptive_bins"});
+
+  rig.MustRun("run", rig.Train("run", 20, arguments));
+
+  const v1::CurriculumTable table = rig.StateOf("run").counters.curriculum();
+  ASSERT_EQ(table.bins_size(), 3);
+  int64_t visits = 0, failures = 0, frames = 0;
+  for (const v1::CurriculumTable::Bin& bin : table.bins()) {
+    EXPECT_GT(bin.visits(), 0) << bin.clip();
+    visits += bin.visits();
+    failures += bin.failures();
+    frames += bin.num_frames();
+  }
+  EXPECT_EQ(visits, SumOf(rig, "run", "episodes"));
+  EXPECT_EQ(failures, SumOf(rig, "run", "failed_episodes"));
+  EXPECT_GT(failures, 0);
+  const auto [easiest, hardest] = std::minmax_element(
+      table.bins().begin(), table.bins().end(),
+      [](const v1::CurriculumTable::Bin& a, const v1::CurriculumTable::Bin& b) {
+        return FailureRate(a) < FailureRate(b);
+      });
+  ASSERT_GT(FailureRate(*hardest), FailureRate(*easiest) + 0.2);
+  const double uniform = 1.0 / static_cast<double>(frames);
+  EXPECT_GT(PerFrame(*hardest), uniform);
+  EXPECT_LT(PerFrame(*easiest), uniform);
 }
 
 TEST(DistillationTest, TakesTeacherAndRecipeTogetherOrNeither) {

@@ -2,16 +2,23 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "common/digest.h"
 #include "common/files.h"
+#include "common/policy/onnx/onnx_writer.h"
+#include "common/policy/safetensors.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/manifest.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/parity/bundle_parity.h"
 
@@ -90,6 +97,42 @@ TEST(Verify, RefusesAnAlteredBundle) {
 
   EXPECT_THAT(Verify(directory, &output),
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)));
+}
+
+// The model of the bundle's policy with two of its parameters mixed up.
+std::string EditedModel(const bundle::Bundle& bundle) {
+  const std::string weights =
+      ReadFile(JoinPath(bundle.directory, bundle::kWeightsFile)).value();
+  auto locations = LocateSafetensors(weights, bundle::kWeightsFile).value();
+  std::swap(locations.at("policy/mean/bias"), locations.at("policy/std"));
+  return policy::WriteOnnx(bundle.graph, "policy", locations,
+                           bundle::kWeightsFile)
+      .value();
+}
+
+TEST(Verify, CatchesAnEditedModelWhoseManifestWasSignedAnew) {
+  const std::string directory = WriteToy();
+  const auto read = bundle::ReadBundle(directory);
+  ASSERT_THAT(read, IsOk());
+  const std::string model = EditedModel(*read);
+  v1::BundleManifest manifest = read->manifest;
+  (*manifest.mutable_files())[bundle::OnnxFile("policy")] = Sha256Hex(model);
+  const auto signed_anew = bundle::PrintManifest(manifest);
+  ASSERT_THAT(signed_anew, IsOk());
+  ASSERT_THAT(WriteFileAtomically(read->onnx_file("policy"), model), IsOk());
+  ASSERT_THAT(WriteFileAtomically(JoinPath(directory, bundle::kManifestFile),
+                                  *signed_anew),
+              IsOk());
+  std::string output;
+
+  EXPECT_THAT(Verify(directory, &output),
+              StatusIs(absl::StatusCode::kInternal,
+                       AllOf(HasSubstr("graph \"policy\": tap \"action\""),
+                             HasSubstr("expected onnxruntime within 1e-05 of "
+                                       "the executor"))));
+
+  // All digests fit, so nothing else can tell.
+  EXPECT_THAT(Verify(directory + " --skip-onnx", &output), IsOk());
 }
 
 TEST(Verify, NamesWhatIsNoBundle) {

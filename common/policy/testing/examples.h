@@ -27,9 +27,9 @@ std::ostream& operator<<(std::ostream& out, const Example& example);
 std::vector<Example> OpExamples();
 
 // Whole policies: the tracking policy and critic with each activation and in
-// several sizes, composers over primitives, and an autoencoder with quantiser
-// and experts that uses every remaining operation. The first is our humanoid's
-// policy.
+// several sizes, composers over primitives, every graph of a policy with a
+// latent, and an autoencoder with quantiser and experts that uses every
+// remaining operation. The first is our humanoid's policy.
 std::vector<Example> PolicyExamples();
 
 // Both lists.

@@ -1,7 +1,10 @@
+#include <utility>
+
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "common/policy/builder.h"
+#include "common/policy/latent_builder.h"
 #include "common/policy/testing/example_writer.h"
 #include "common/policy/testing/examples.h"
 #include "common/random/philox.h"
@@ -51,6 +54,18 @@ Example Tracking(const TrackingSize& size, v1::Network::Activation activation,
   return example;
 }
 
+// Random statistics for all normalisers of a policy.
+void DrawStatistics(uint64_t seed, TensorMap& weights) {
+  for (auto& [name, tensor] : weights) {
+    if (!absl::StrContains(name, "normaliser/")) continue;
+    if (absl::EndsWith(name, "/mean")) {
+      FillNormal({.seed = ++seed}, tensor.mutable_float32());
+    } else if (absl::EndsWith(name, "/inverse_std")) {
+      FillUniform({.seed = ++seed}, tensor.mutable_float32());
+    }
+  }
+}
+
 // A composer over primitives that differ, normalisers included.
 Example Composer(int primitives, std::vector<int32_t> hidden) {
   const TrackingSize size = {"", 40, 7, {33, 24}};
@@ -72,15 +87,48 @@ Example Composer(int primitives, std::vector<int32_t> hidden) {
       if (found != example.weights.end()) found->second = tensor;
     }
   }
-  uint64_t seed = 30;
-  for (auto& [name, tensor] : example.weights) {
-    if (absl::EndsWith(name, "normaliser/mean")) {
-      FillNormal({.seed = ++seed}, tensor.mutable_float32());
-    } else if (absl::EndsWith(name, "normaliser/inverse_std")) {
-      FillUniform({.seed = ++seed}, tensor.mutable_float32());
-    }
-  }
+  DrawStatistics(/*seed=*/30, example.weights);
   return example;
+}
+
+// What recipe pulse trains for our humanoid, with narrower hidden layers.
+LatentPolicyOptions PulseOptions() {
+  LatentPolicyOptions options{.self_observation_width = 111,
+                              .observation_width = 224,
+                              .action_width = 28};
+  options.network.set_activation(v1::Network::ACTIVATION_SILU);
+  options.network.set_last_layer_gain(0.5);
+  options.network.set_observation_clip(2.5);
+  v1::Latent& latent = *options.network.mutable_latent();
+  latent.set_width(32);
+  for (const int32_t width : {256, 100}) {
+    latent.add_encoder_hidden(width);
+    latent.add_prior_hidden(width);
+    latent.add_decoder_hidden(width);
+  }
+  latent.set_log_variance_low(-5);
+  latent.set_log_variance_high(2);
+  return options;
+}
+
+// One example per graph of a policy with a latent; biases are not 0.
+std::vector<Example> LatentPolicy() {
+  const v1::PolicyGraph graph = *BuildLatentPolicy(PulseOptions());
+  TensorMap weights = *InitialLatentWeights(PulseOptions(), 11);
+  DrawStatistics(/*seed=*/50, weights);
+  uint64_t seed = 60;
+  for (auto& [name, tensor] : weights) {
+    if (!absl::EndsWith(name, "/bias")) continue;
+    FillNormal({.seed = ++seed}, tensor.mutable_float32());
+  }
+  std::vector<Example> examples;
+  for (const v1::Graph& one : graph.graphs()) {
+    examples.push_back({.name = absl::StrCat("latent_", one.name()),
+                        .graph = graph,
+                        .graph_name = one.name(),
+                        .weights = weights});
+  }
+  return examples;
 }
 
 // Our humanoid's widths with one reference frame, and beside it: a robot's with
@@ -150,6 +198,9 @@ std::vector<Example> MakePolicies() {
   }
   examples.push_back(Composer(2, {}));
   examples.push_back(Composer(3, {20, 9}));
+  for (Example& example : LatentPolicy()) {
+    examples.push_back(std::move(example));
+  }
   examples.push_back(Autoencoder());
   return examples;
 }
