@@ -76,6 +76,24 @@ TEST(StudentsTest, KnowTheActionLawAndTheWorldOfTheirTeacher) {
   ExpectTeacher("pulse_g1", "phc_plus_g1");
 }
 
+// So that a single primitive can be compared with several.
+TEST(ProceduresTest, TrackAsTheSinglePrimitive) {
+  const v1::Recipe several = Load("phc_plus");
+  const v1::Recipe single = Load("track_library");
+
+  v1::Task tracking = several.task();
+  tracking.clear_recovery();
+  v1::Task alone = single.task();
+  alone.clear_recovery();
+  EXPECT_THAT(tracking, EqualsProto(alone));
+  EXPECT_THAT(several.physics(), EqualsProto(single.physics()));
+  EXPECT_THAT(several.rollouts(), EqualsProto(single.rollouts()));
+  EXPECT_THAT(several.evaluation(), EqualsProto(single.evaluation()));
+  v1::Network network = several.network();
+  network.set_initial_std(single.network().initial_std());
+  EXPECT_THAT(network, EqualsProto(single.network()));
+}
+
 TEST(StudentsTest, DifferInTheirNetworkAlone) {
   v1::Recipe pulse = Load("pulse");
   const v1::Recipe plain = Load("pulse_no_bottleneck");
