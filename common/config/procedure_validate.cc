@@ -18,6 +18,12 @@ void CheckPlateau(const v1::Recipe& recipe, FieldChecker& check) {
   check.AtLeast(plateau.evaluations(), 0, "plateau.evaluations");
   check.Within(plateau.gain(), 0, 1, "plateau.gain");
   check.AtLeast(plateau.min_samples(), 0, "plateau.min_samples");
+  check.Require(!plateau.anneal() || plateau.evaluations() > 0,
+                "plateau.anneal", "false, since plateau.evaluations is 0",
+                plateau.anneal());
+  check.Require(
+      !plateau.anneal() || !recipe.has_distillation(), "plateau.anneal",
+      "false, since a student's rate is distillation's own", plateau.anneal());
   check.Require(!EndsAtPlateau(recipe) || recipe.evaluation().interval() > 0,
                 "evaluation.interval",
                 ">= 1, since plateau waits for evaluations",
@@ -55,6 +61,12 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(
       procedure.rehearsal_share() >= 0 && procedure.rehearsal_share() < 1,
       "procedure.rehearsal_share", "[0, 1)", procedure.rehearsal_share());
+  check.Require(procedure.rehearsal_share() == 0 ||
+                    recipe.task().start().only_clips().empty(),
+                "procedure.rehearsal_share",
+                "0, since it would rehearse clips that are not among "
+                "task.start.only_clips",
+                procedure.rehearsal_share());
   check.Require(EndsAtPlateau(recipe), "plateau.evaluations",
                 ">= 1, since stages of the procedure end at a plateau",
                 recipe.plateau().evaluations());

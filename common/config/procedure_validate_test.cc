@@ -170,6 +170,14 @@ INSTANTIATE_TEST_SUITE_P(
             {"procedure.composer_samples=100", "procedure.max_primitives=1"},
             "procedure.composer_samples: expected 0, since one primitive "
             "alone cannot be composed, found 100"},
+        Violation{
+            {"procedure.rehearsal_share=0.5", "task.start.only_clips=[walk]"},
+            "procedure.rehearsal_share: expected 0, since it would "
+            "rehearse clips that are not among task.start.only_clips, "
+            "found 0.5"},
+        Violation{{"plateau.anneal=true", "plateau.evaluations=0"},
+                  "plateau.anneal: expected false, since plateau.evaluations "
+                  "is 0, found"},
         Violation{{"procedure.rehearsal_share=1"},
                   "procedure.rehearsal_share: expected [0, 1), found 1"},
         Violation{{"network.composer.primitives=3"},

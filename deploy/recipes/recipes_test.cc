@@ -76,8 +76,8 @@ TEST(StudentsTest, KnowTheActionLawAndTheWorldOfTheirTeacher) {
   ExpectTeacher("pulse_g1", "phc_plus_g1");
 }
 
-// So that a single primitive can be compared with several.
-TEST(ProceduresTest, TrackAsTheSinglePrimitive) {
+// Several primitives and a single one have the same task and network.
+TEST(ProceduresTest, TrackWhatTheSinglePrimitiveDoes) {
   const v1::Recipe several = Load("phc_plus");
   const v1::Recipe single = Load("track_library");
 

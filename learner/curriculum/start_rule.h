@@ -11,7 +11,7 @@ namespace sinew::learner {
 // Turns the statistics of a table into start probabilities. Only clips with
 // bins are drawn from; left-out ones have none. Where a rule draws from some of
 // them alone (only_clips_rule.h), the others keep their bins and have
-// probability 0.
+// probability 0, unless they are given a share.
 //
 // Thread-safety: stateless. Ownership: borrows the table for a call. Blocking:
 // never. Errors: none; probabilities are >= 0 and sum to 1 but for rounding

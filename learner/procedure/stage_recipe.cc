@@ -86,10 +86,9 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   if (!stage.clips.empty()) {
     *derived.mutable_task()->mutable_start()->mutable_only_clips() = {
         stage.clips.begin(), stage.clips.end()};
-    if (stage.kind == StageKind::kHard) {
-      derived.mutable_task()->mutable_start()->set_other_clips_share(
-          recipe.procedure().rehearsal_share());
-    }
+    derived.mutable_task()->mutable_start()->set_other_clips_share(
+        stage.kind == StageKind::kHard ? recipe.procedure().rehearsal_share()
+                                       : 0);
   }
   if (Recovers(recipe, stage.kind)) {
     IgnoreEvaluations(derived);

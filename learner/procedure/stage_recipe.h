@@ -17,8 +17,8 @@ namespace sinew::learner {
 //   start.only_clips        the stage's clips, if it has some
 //   task.recovery           in kRecovery and kComposer only, and only if there
 //                           is a recovery primitive; no width changes
-//   start.other_clips_share the procedure's rehearsal_share in kHard, if clips
-//                           are trained on that are not the stage's
+//   start.other_clips_share the procedure's rehearsal_share in kHard, 0 in
+//                           kGrown
 //   plateau, ppo.anneal     where task.recovery is on, evaluations neither end
 //                           the stage nor begin its annealing: they start on
 //                           the reference and say nothing of getting up

@@ -8,8 +8,8 @@
 
 namespace sinew::learner {
 
-// Lowers noise and learning rates once evaluations say so, or after so many
-// samples, or once somebody else says so. From the start on,
+// Lowers noise and learning rates once evaluations say so, after so many
+// samples, or when the trainer's plateau is reached (Start). From then on,
 // x = min(1, samples since / anneal.samples) and each factor is final^x
 // (geometric). It never stops once started.
 //

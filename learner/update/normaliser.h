@@ -42,7 +42,8 @@ void LimitCount(double max_count, Moments& moments);
 void WriteNormaliser(const Moments& moments, absl::Span<float> mean,
                      absl::Span<float> inverse_std);
 
-// Rows that a normaliser taken over from another run counts for.
+// Rows that a normaliser taken over from another run counts for, unless the
+// recipe says another number.
 inline constexpr double kInheritedRows = 131072;
 
 // The inverse: moments of `count` rows that WriteNormaliser would turn into

@@ -18,7 +18,7 @@ struct StartFrame {
 };
 
 // Whether starts are drawn from a clip: it is not left out of training, and
-// among only_clips if the recipe names some.
+// among only_clips if the recipe names some and leaves no share to the others.
 bool IsDrawn(const v1::Start& recipe, const v1::ClipInfo& clip);
 
 // Where episodes start: a distribution over the frames of a library.

@@ -52,11 +52,11 @@ absl::Status CheckSameInputs(const ProcedureRecord& found,
     changed.push_back("recipe");
   }
   // What it began with no longer matters once its first stage has ended.
-  const bool begun = !found.stages.empty() && found.stages[0].finished;
+  const bool first_ended = !found.stages.empty() && found.stages[0].finished;
   std::set<std::string> roles;
   for (const auto& [role, sha256] : found.assets) roles.insert(role);
   for (const auto& [role, sha256] : expected.assets) roles.insert(role);
-  if (begun) roles.erase(kInitRole);
+  if (first_ended) roles.erase(kInitRole);
   const auto digest = [](const ProcedureRecord& record,
                          const std::string& role) {
     const auto asset = record.assets.find(role);

@@ -90,8 +90,20 @@ TEST_F(ProcedureRunTest, AsksNoMoreForItsInitOnceTheFirstStageHasEnded) {
   ASSERT_THAT(Run(first), IsOk());
   EXPECT_THAT(Record().Finished(), SizeIs(1));
 
-  options_.init.clear();
+  options_.init = JoinPath(toy_.folder, "gone");
   EXPECT_THAT(Run(rest), IsOk());
+}
+
+// Not after the stages that come before the one that recovers.
+TEST_F(ProcedureRunTest, RefusesALibraryWithoutTheGetUpThatRecoveryNeeds) {
+  options_.recipe.mutable_task()->mutable_recovery()->set_get_up_share(0.3);
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(toy_.library_folder),
+                             HasSubstr("task.recovery.get_up_share"))));
+  EXPECT_THAT(steps.trained(), IsEmpty());
 }
 
 TEST_F(ProcedureRunTest, NamesAnInitThatIsNoBundle) {

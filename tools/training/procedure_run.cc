@@ -31,6 +31,7 @@ namespace sinew::tools {
 namespace {
 
 constexpr char kEvaluation[] = "eval.json";
+constexpr char kRecord[] = "procedure.json";
 
 // Copies a folder so that `to` is at any moment the old one or the whole new
 // one.
@@ -295,15 +296,34 @@ absl::Status ProcedureRun::End() {
   return Save();
 }
 
-// What it is about; the assets themselves are given up.
+// Whether the stage that recovers will find a get-up, if it is to: at once, and
+// not after all stages before it.
+absl::Status CheckGetUps(const TrainingRun::Options& options) {
+  if (options.recipe.procedure().recovery_samples() == 0 ||
+      !(options.recipe.task().recovery().get_up_share() > 0)) {
+    return absl::OkStatus();
+  }
+  learner::Stage stage;
+  stage.kind = learner::StageKind::kRecovery;
+  v1::Recipe recipe = learner::StageRecipe(options.recipe, stage, 0);
+  // Nobody needs to fall for it.
+  recipe.mutable_task()->mutable_recovery()->set_fallen_share(0);
+  return SetUpTask(recipe, options.character, options.motions).status();
+}
+
+// What it is about; the assets themselves are given up. A bundle of --init that
+// is there no more is a procedure's that has begun, or is missed.
 absl::StatusOr<ProcedureInputs> ReadInputs(
     const TrainingRun::Options& options) {
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
       SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
                 options.character, options.motions));
+  SINEW_RETURN_IF_ERROR(CheckGetUps(options));
   std::string init;
-  if (!options.init.empty()) {
+  const bool begun = FileExists(JoinPath(options.directory, kRecord));
+  if (!options.init.empty() &&
+      !(begun && !FileExists(JoinPath(options.init, bundle::kManifestFile)))) {
     SINEW_ASSIGN_OR_RETURN(
         const std::string manifest,
         ReadFile(JoinPath(options.init, bundle::kManifestFile)));
