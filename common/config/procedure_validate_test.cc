@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
             "found 0.5"},
         Violation{{"plateau.anneal=true", "plateau.evaluations=0"},
                   "plateau.anneal: expected false, since plateau.evaluations "
-                  "is 0, found"},
+                  "is 0, found true"},
         Violation{{"procedure.rehearsal_share=1"},
                   "procedure.rehearsal_share: expected [0, 1), found 1"},
         Violation{{"network.composer.primitives=3"},
