@@ -247,7 +247,6 @@ absl::Status TrainingRun::Export() const {
   last.samples = trainer_->samples();
   last.train_seconds = figures_.seconds.train;
   last.build = BuildIdentity();
-  last.metrics = best_->newest();
   SINEW_RETURN_IF_ERROR(
       bundle::ExportRun(folder_->path(), last, folder_->bundle()));
   if (!best_->best()) {
