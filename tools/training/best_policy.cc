@@ -68,7 +68,6 @@ absl::Status BestPolicy::Observe(const learner::IterationReport& report) {
   for (RunStore::Policy& policy : recent_) {
     if (policy.evaluated.iteration() != report.evaluated_iteration) continue;
     Fill(*report.evaluation, policy.evaluated);
-    newest_ = policy.evaluated.metrics();
     if (best_ && !IsBetter(policy.evaluated, best_->evaluated)) {
       return absl::OkStatus();
     }

@@ -10,7 +10,6 @@
 #include "absl/status/status.h"
 #include "common/blobs/blob_source.h"
 #include "learner/trainer/trainer.h"
-#include "proto/sinew/v1/bundle.pb.h"
 #include "tools/training/run_store.h"
 
 namespace sinew::tools {
@@ -42,14 +41,11 @@ class BestPolicy {
   absl::Status Observe(const learner::IterationReport& report);
 
   const std::optional<RunStore::Policy>& best() const { return best_; }
-  // What the newest evaluation of this session found, of whichever policy.
-  const std::optional<v1::BundleMetrics>& newest() const { return newest_; }
 
  private:
   RunStore& store_;
   const std::string assets_sha256_;
   std::optional<RunStore::Policy> best_;
-  std::optional<v1::BundleMetrics> newest_;
   std::deque<RunStore::Policy> recent_;  // newest last
 };
 
