@@ -38,8 +38,8 @@ namespace sinew::learner {
 // recent scales with the library.
 //
 // Where start.only_clips names some clips, starts are drawn from these alone;
-// the others keep bins and statistics, their probability is 0, and evaluations
-// count for all.
+// the others keep bins and statistics, their probability is 0 unless
+// start.other_clips_share leaves them some, and evaluations count for all.
 //
 // Thread-safety: one caller. Ownership: owns the table and its rule. Blocking:
 // never; Record does not allocate. Errors: Create names the field or the clip;
@@ -69,8 +69,7 @@ class Curriculum {
 
   const v1::CurriculumTable& table() const { return table_; }
   const StartRule& rule() const { return *rule_; }
-  // Whether starts are drawn from a clip: not left out, and one of
-  // start.only_clips if there are any.
+  // Whether starts are drawn from a clip, as world::IsDrawn says.
   bool Draws(int clip) const { return clips_[clip].drawn; }
 
   // From a training state of the same library, bit for bit.

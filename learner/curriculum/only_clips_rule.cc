@@ -12,59 +12,58 @@ class OnlyClipsRule final : public StartRule {
       : names_(std::move(names)), others_(others), rule_(std::move(rule)) {}
 
   void Weigh(v1::CurriculumTable& table) const override {
-    v1::CurriculumTable named = Part(table, true);
-    v1::CurriculumTable others = Part(table, false);
-    const double share = OthersShare(named, others);
-    if (share < 1) rule_->Weigh(named);
-    if (share > 0) rule_->Weigh(others);
+    Parts parts = Divide(table);
+    if (parts.share < 1) rule_->Weigh(parts.named);
+    if (parts.share > 0) rule_->Weigh(parts.others);
     int next_named = 0;
     int next_other = 0;
     for (auto& bin : *table.mutable_bins()) {
-      double probability = 0;
-      if (Named(table, bin.clip())) {
-        probability = (1 - share) * named.bins(next_named++).probability();
-      } else if (share > 0) {
-        probability = share * others.bins(next_other++).probability();
+      if (IsNamed(table, bin.clip())) {
+        bin.set_probability((1 - parts.share) *
+                            parts.named.bins(next_named++).probability());
+      } else {
+        bin.set_probability(parts.share *
+                            parts.others.bins(next_other++).probability());
       }
-      bin.set_probability(probability);
     }
   }
 
   double FloorShare(const v1::CurriculumTable& table) const override {
-    const v1::CurriculumTable named = Part(table, true);
-    const v1::CurriculumTable others = Part(table, false);
-    const double share = OthersShare(named, others);
+    const Parts parts = Divide(table);
     double floor = 0;
-    if (share < 1) floor += (1 - share) * rule_->FloorShare(named);
-    if (share > 0) floor += share * rule_->FloorShare(others);
+    if (parts.share < 1) {
+      floor += (1 - parts.share) * rule_->FloorShare(parts.named);
+    }
+    if (parts.share > 0) floor += parts.share * rule_->FloorShare(parts.others);
     return floor;
   }
 
   bool Draws(const v1::CurriculumTable& table, int clip) const override {
-    return others_ > 0 || Named(table, clip);
+    return others_ > 0 || IsNamed(table, clip);
   }
 
  private:
-  bool Named(const v1::CurriculumTable& table, int clip) const {
+  // The table with the bins of the named clips alone, with those of the others
+  // alone, and the share of these.
+  struct Parts {
+    v1::CurriculumTable named, others;
+    double share = 0;
+  };
+
+  bool IsNamed(const v1::CurriculumTable& table, int clip) const {
     return clip < table.clips_size() &&
            names_.contains(table.clips(clip).name());
   }
 
-  // The table with the bins alone of the named clips, or of the others.
-  v1::CurriculumTable Part(const v1::CurriculumTable& table, bool named) const {
-    v1::CurriculumTable part;
-    part.set_bin_frames(table.bin_frames());
-    *part.mutable_clips() = table.clips();
-    for (const auto& bin : table.bins()) {
-      if (Named(table, bin.clip()) == named) *part.add_bins() = bin;
+  Parts Divide(const v1::CurriculumTable& table) const {
+    Parts parts;
+    parts.named = PartOf(table, [&](int clip) { return IsNamed(table, clip); });
+    parts.others =
+        PartOf(table, [&](int clip) { return !IsNamed(table, clip); });
+    if (others_ > 0 && !parts.others.bins().empty()) {
+      parts.share = parts.named.bins().empty() ? 1 : others_;
     }
-    return part;
-  }
-
-  double OthersShare(const v1::CurriculumTable& named,
-                     const v1::CurriculumTable& others) const {
-    if (others.bins().empty()) return 0;
-    return named.bins().empty() && others_ > 0 ? 1 : others_;
+    return parts;
   }
 
   const std::set<std::string> names_;

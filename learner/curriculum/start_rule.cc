@@ -153,15 +153,20 @@ std::unique_ptr<StartRule> MakeRuleOfAllClips(const v1::Start& start) {
 
 bool StartRule::Draws(const v1::CurriculumTable&, int) const { return true; }
 
-v1::CurriculumTable DrawnPart(const v1::CurriculumTable& table,
-                              const StartRule& rule) {
+v1::CurriculumTable PartOf(const v1::CurriculumTable& table,
+                           absl::FunctionRef<bool(int clip)> keeps) {
   v1::CurriculumTable part;
   part.set_bin_frames(table.bin_frames());
   *part.mutable_clips() = table.clips();
   for (const auto& bin : table.bins()) {
-    if (rule.Draws(table, bin.clip())) *part.add_bins() = bin;
+    if (keeps(bin.clip())) *part.add_bins() = bin;
   }
   return part;
+}
+
+v1::CurriculumTable DrawnPart(const v1::CurriculumTable& table,
+                              const StartRule& rule) {
+  return PartOf(table, [&](int clip) { return rule.Draws(table, clip); });
 }
 
 std::unique_ptr<StartRule> MakeUniformRule() {

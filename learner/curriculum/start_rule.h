@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "absl/functional/function_ref.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
 
@@ -30,7 +31,10 @@ class StartRule {
   virtual bool Draws(const v1::CurriculumTable& table, int clip) const;
 };
 
-// The table with the bins alone that the rule draws from; all clips stay.
+// The table with the bins alone of the clips that `keeps`; all clips stay.
+v1::CurriculumTable PartOf(const v1::CurriculumTable& table,
+                           absl::FunctionRef<bool(int clip)> keeps);
+// Of those that the rule draws from.
 v1::CurriculumTable DrawnPart(const v1::CurriculumTable& table,
                               const StartRule& rule);
 
