@@ -94,8 +94,8 @@ class Distillation final : public DistillationLearner {
     });
     SINEW_RETURN_IF_ERROR(TakeWeights(graph_, others, own));
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(own));
-    const double rows = recipe_.distillation().inherited_rows();
-    InheritNormalisers(own, rows > 0 ? rows : kInheritedRows, running_.moments);
+    InheritNormalisers(own, recipe_.distillation().inherited_rows(),
+                       running_.moments);
     return absl::OkStatus();
   }
 

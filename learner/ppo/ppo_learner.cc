@@ -330,9 +330,7 @@ absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
 // With the normaliser's statistics as if from so many rows.
 absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
-  const double rows = recipe_.ppo().inherited_rows();
-  InheritNormalisers(weights, rows > 0 ? rows : kInheritedRows,
-                     running_.moments);
+  InheritNormalisers(weights, recipe_.ppo().inherited_rows(), running_.moments);
   has_primitives_ = true;
   return absl::OkStatus();
 }

@@ -32,10 +32,6 @@ bool Tracks(StageKind kind) {
          kind == StageKind::kGrown;
 }
 
-bool IsOnHardSet(StageKind kind) {
-  return kind == StageKind::kHard || kind == StageKind::kGrown;
-}
-
 std::string Names(const std::vector<std::string>& names) {
   const size_t shown = std::min(names.size(), kNamesShown);
   std::string text = absl::StrJoin(names.begin(), names.begin() + shown, ", ");
@@ -222,6 +218,10 @@ void AddResult(absl::Span<const FinishedStage> finished, std::string& reason) {
 }
 
 }  // namespace
+
+bool IsOnHardSet(StageKind kind) {
+  return kind == StageKind::kHard || kind == StageKind::kGrown;
+}
 
 std::string StageName(const Stage& stage) {
   switch (stage.kind) {

@@ -38,6 +38,9 @@ namespace sinew::learner {
 
 enum class StageKind { kFull, kHard, kGrown, kRecovery, kComposer };
 
+// Whether a stage's starts lie on the clips that no primitive wins.
+bool IsOnHardSet(StageKind kind);
+
 // One training.
 struct Stage {
   StageKind kind = StageKind::kFull;

@@ -45,10 +45,6 @@ void SetComposer(const v1::Procedure& procedure, int primitives,
   *composer.mutable_hidden() = procedure.composer_hidden();
 }
 
-bool IsOnHardSet(StageKind kind) {
-  return kind == StageKind::kHard || kind == StageKind::kGrown;
-}
-
 // Whether a stage may start on the floor or from afar.
 bool Recovers(const v1::Recipe& recipe, StageKind kind) {
   const v1::Recovery& recovery = recipe.task().recovery();
@@ -84,11 +80,11 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
     derived.set_name(absl::StrCat(recipe.name(), "_", StageName(stage)));
   }
   if (!stage.clips.empty()) {
-    *derived.mutable_task()->mutable_start()->mutable_only_clips() = {
-        stage.clips.begin(), stage.clips.end()};
-    derived.mutable_task()->mutable_start()->set_other_clips_share(
-        stage.kind == StageKind::kHard ? recipe.procedure().rehearsal_share()
-                                       : 0);
+    v1::Start& start = *derived.mutable_task()->mutable_start();
+    *start.mutable_only_clips() = {stage.clips.begin(), stage.clips.end()};
+    start.set_other_clips_share(stage.kind == StageKind::kHard
+                                    ? recipe.procedure().rehearsal_share()
+                                    : 0);
   }
   if (Recovers(recipe, stage.kind)) {
     IgnoreEvaluations(derived);

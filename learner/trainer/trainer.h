@@ -70,8 +70,9 @@ struct IterationReport {
 //     3. L = 1: begin the orders of k + 1 (with snapshot k)
 //     4. update -> weights
 //     5. the evaluations that were taken take effect, on the curriculum too,
-//        on annealing and plateau by the clips that starts are drawn from;
-//        start probabilities are made anew -> snapshot k + 1
+//        on annealing (which samples may begin as well) and plateau by the
+//        clips that starts are drawn from; start probabilities are made anew
+//        -> snapshot k + 1
 //     6. if due, an evaluation of snapshot k + 1 begins
 //
 // Deterministic: state and recipe give the same bits whatever runs the orders.

@@ -39,6 +39,7 @@ void WriteNormalisers(const Moments& moments, TensorMap& weights) {
 
 void InheritNormalisers(const TensorMap& weights, double count,
                         Moments& moments) {
+  if (count == 0) count = kInheritedRows;
   Moments all;
   all.count = count;
   for (const std::string& prefix : Normalisers(weights)) {

@@ -16,7 +16,8 @@ namespace sinew::learner {
 // Writes the statistics of all observation columns into the normalisers of
 // `weights`.
 void WriteNormalisers(const Moments& moments, TensorMap& weights);
-// The inverse: moments of `count` rows.
+// The inverse: moments of `count` rows; of kInheritedRows where it is 0, as in
+// recipes that say no number.
 void InheritNormalisers(const TensorMap& weights, double count,
                         Moments& moments);
 
