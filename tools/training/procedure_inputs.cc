@@ -1,7 +1,6 @@
 #include "tools/training/procedure_inputs.h"
 
 #include <cstddef>
-#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -53,17 +52,15 @@ absl::Status CheckSameInputs(const ProcedureRecord& found,
   }
   // What it began with no longer matters once its first stage has ended.
   const bool first_ended = !found.stages.empty() && found.stages[0].finished;
-  std::set<std::string> roles;
-  for (const auto& [role, sha256] : found.assets) roles.insert(role);
-  for (const auto& [role, sha256] : expected.assets) roles.insert(role);
-  if (first_ended) roles.erase(kInitRole);
-  const auto digest = [](const ProcedureRecord& record,
-                         const std::string& role) {
-    const auto asset = record.assets.find(role);
-    return asset == record.assets.end() ? "" : asset->second;
-  };
-  for (const std::string& role : roles) {
-    if (digest(found, role) != digest(expected, role)) changed.push_back(role);
+  auto before = found.assets;
+  auto now = expected.assets;
+  if (first_ended) {
+    before.erase(kInitRole);
+    now.erase(kInitRole);
+  }
+  for (const auto& [role, sha256] : before) now.emplace(role, "");
+  for (const auto& [role, sha256] : now) {
+    if (before[role] != sha256) changed.push_back(role);
   }
   if (changed.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(

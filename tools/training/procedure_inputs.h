@@ -20,7 +20,7 @@ struct ProcedureInputs {
   ProcedureRecord record;               // of a procedure that begins
 };
 
-// `recipe` has its defaults filled; `setup` is that of its first stage;
+// `recipe` has its defaults filled; `setup` is that of one of its stages;
 // `init_sha256` is of the manifest of the bundle that --init names, or empty.
 // Pure.
 ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,

@@ -50,17 +50,10 @@ TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {
 
 // The first stage has a state, and what that was made from is on record.
 TEST_F(ProcedureRunTest, RefusesAnotherInitWithinItsFirstStage) {
-  const auto give = [&](const std::string& name) {
-    options_.init = JoinPath(toy_.folder, name);
-    ASSERT_THAT(MakeDirectories(options_.init), IsOk());
-    ASSERT_THAT(
-        WriteFileAtomically(JoinPath(options_.init, "manifest.json"), name),
-        IsOk());
-  };
-  give("first");
+  GiveInit("first");
   MadeUpSteps none(0), none_again(0), steps;
   ASSERT_THAT(Run(none), IsOk());
-  give("second");
+  GiveInit("second");
   ASSERT_THAT(Run(none_again), IsOk());  // nothing was trained: it begins anew
   const std::string states = JoinPath(
       options_.directory, "stages/00_primitive_0/checkpoints/artifacts");
@@ -76,16 +69,12 @@ TEST_F(ProcedureRunTest, RefusesAnotherInitWithinItsFirstStage) {
   }
   EXPECT_THAT(steps.trained(), IsEmpty());
 
-  give("second");
+  GiveInit("second");
   EXPECT_THAT(Run(steps), IsOk());
 }
 
 TEST_F(ProcedureRunTest, AsksNoMoreForItsInitOnceTheFirstStageHasEnded) {
-  options_.init = JoinPath(toy_.folder, "given");
-  ASSERT_THAT(MakeDirectories(options_.init), IsOk());
-  ASSERT_THAT(
-      WriteFileAtomically(JoinPath(options_.init, "manifest.json"), "{}"),
-      IsOk());
+  GiveInit("given");
   MadeUpSteps first(2), rest;
   ASSERT_THAT(Run(first), IsOk());
   EXPECT_THAT(Record().Finished(), SizeIs(1));

@@ -31,7 +31,6 @@ namespace sinew::tools {
 namespace {
 
 constexpr char kEvaluation[] = "eval.json";
-constexpr char kRecord[] = "procedure.json";
 
 // Copies a folder so that `to` is at any moment the old one or the whole new
 // one.
@@ -296,39 +295,42 @@ absl::Status ProcedureRun::End() {
   return Save();
 }
 
-// Whether the stage that recovers will find a get-up, if it is to: at once, and
-// not after all stages before it.
-absl::Status CheckGetUps(const TrainingRun::Options& options) {
-  if (options.recipe.procedure().recovery_samples() == 0 ||
-      !(options.recipe.task().recovery().get_up_share() > 0)) {
-    return absl::OkStatus();
-  }
+// A stage by which the whole task can be set up: the one that recovers, if it
+// needs get-ups of the library, so that a library without one is refused at
+// once, and not after all stages before it. Nobody needs to fall for it.
+v1::Recipe TaskOf(const v1::Recipe& recipe) {
   learner::Stage stage;
-  stage.kind = learner::StageKind::kRecovery;
-  v1::Recipe recipe = learner::StageRecipe(options.recipe, stage, 0);
-  // Nobody needs to fall for it.
-  recipe.mutable_task()->mutable_recovery()->set_fallen_share(0);
-  return SetUpTask(recipe, options.character, options.motions).status();
+  if (recipe.procedure().recovery_samples() > 0 &&
+      recipe.task().recovery().get_up_share() > 0) {
+    stage.kind = learner::StageKind::kRecovery;
+  }
+  v1::Recipe derived = learner::StageRecipe(recipe, stage, 0);
+  if (derived.task().has_recovery()) {
+    derived.mutable_task()->mutable_recovery()->set_fallen_share(0);
+  }
+  return derived;
 }
 
-// What it is about; the assets themselves are given up. A bundle of --init that
-// is there no more is a procedure's that has begun, or is missed.
+// SHA-256 of the manifest of the bundle that --init names; empty without one,
+// and where a procedure that has begun names one that is gone.
+absl::StatusOr<std::string> InitDigest(const TrainingRun::Options& options) {
+  if (options.init.empty()) return "";
+  const auto manifest = ReadFile(JoinPath(options.init, bundle::kManifestFile));
+  if (absl::IsNotFound(manifest.status()) &&
+      FileExists(RunFolder::ProcedureOf(options.directory))) {
+    return "";
+  }
+  SINEW_RETURN_IF_ERROR(manifest.status());
+  return Sha256Hex(*manifest);
+}
+
+// What it is about; the assets themselves are given up.
 absl::StatusOr<ProcedureInputs> ReadInputs(
     const TrainingRun::Options& options) {
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
-      SetUpTask(learner::StageRecipe(options.recipe, learner::Stage(), 0),
-                options.character, options.motions));
-  SINEW_RETURN_IF_ERROR(CheckGetUps(options));
-  std::string init;
-  const bool begun = FileExists(JoinPath(options.directory, kRecord));
-  if (!options.init.empty() &&
-      !(begun && !FileExists(JoinPath(options.init, bundle::kManifestFile)))) {
-    SINEW_ASSIGN_OR_RETURN(
-        const std::string manifest,
-        ReadFile(JoinPath(options.init, bundle::kManifestFile)));
-    init = Sha256Hex(manifest);
-  }
+      SetUpTask(TaskOf(options.recipe), options.character, options.motions));
+  SINEW_ASSIGN_OR_RETURN(const std::string init, InitDigest(options));
   return MakeProcedureInputs(options.recipe, setup, init);
 }
 

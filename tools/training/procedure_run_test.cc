@@ -124,13 +124,7 @@ TEST_F(ProcedureRunTest, GoesOnFromAStageThatEndedAtItsPlateau) {
 }
 
 TEST_F(ProcedureRunTest, BeginsWithTheWeightsOfABundleIfAsked) {
-  options_.init = JoinPath(toy_.folder, "given");
-  ASSERT_THAT(MakeDirectories(options_.init), IsOk());
-  ASSERT_THAT(
-      WriteFileAtomically(JoinPath(options_.init, "manifest.json"), "{}"),
-      IsOk());
-  ASSERT_THAT(WriteFileAtomically(JoinPath(options_.init, "weights"), "given"),
-              IsOk());
+  GiveInit("given");
   MadeUpSteps steps;
 
   ASSERT_THAT(Run(steps), IsOk());

@@ -197,6 +197,15 @@ class ProcedureRunTest : public ::testing::Test {
   absl::Status Run(MadeUpSteps& steps) const {
     return RunProcedure(options_, steps.Steps(), steps.token());
   }
+  // A bundle for --init, whose manifest and weights are its name.
+  void GiveInit(const std::string& name) {
+    options_.init = JoinPath(toy_.folder, name);
+    EXPECT_THAT(MakeDirectories(options_.init), ::sinew::testing::IsOk());
+    for (const char* file : {"manifest.json", "weights"}) {
+      EXPECT_THAT(WriteFileAtomically(JoinPath(options_.init, file), name),
+                  ::sinew::testing::IsOk());
+    }
+  }
   void LeaveOutTumble() const {
     world::testing::LeaveOutOnDisk(2, toy_.library_folder);
   }
