@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
 #include "common/logging.h"
+#include "common/rpc/status.h"
 #include "common/status_macros.h"
 #include "teacher/client/answers.h"
 #include "teacher/client/introductions.h"
@@ -119,7 +120,9 @@ void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
       queue.Done(replica);
     } else {
       // Whoever comes back may be another.
-      if (absl::IsUnavailable(status)) introduced_[replica] = false;
+      if (rpc::IsTransient(status) || absl::IsFailedPrecondition(status)) {
+        introduced_[replica] = false;
+      }
       queue.Failed(replica, *part, status);
     }
   }

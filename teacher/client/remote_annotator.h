@@ -26,7 +26,7 @@ struct RemoteAnnotatorOptions {
   // How long to go on without any success, > 0.
   absl::Duration patience = absl::Minutes(2);
   // How long to wait at the beginning for replicas that do not answer while
-  // others do; none where it is not > 0.
+  // others do; <= 0: they are not waited for.
   absl::Duration wait_for_all = absl::Seconds(10);
   // Rows of a call at most, >= 1; replicas may ask for fewer.
   int64_t max_rows = 1024;
