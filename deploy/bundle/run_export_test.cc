@@ -105,13 +105,19 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
                           v1::CLIP_USE_TRAINED_ON, v1::CLIP_USE_UNKNOWN));
 }
 
+// Of a bundle that was trained on one clip.
+v1::BundleManifest ManifestOf(const std::string& clip) {
+  v1::BundleManifest manifest;
+  manifest.mutable_provenance()->add_clips(clip);
+  manifest.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
+  return manifest;
+}
+
 TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
   FinishedRun run;
   LeaveOut({1, 2}, run.toy);
-  v1::BundleManifest teacher;
-  teacher.mutable_provenance()->add_clips("tumble: a studio (CC-BY-4.0)");
-  teacher.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
-  run.SaveInputs({MakeSource("teacher", teacher)});
+  run.SaveInputs(
+      {MakeSource("teacher", ManifestOf("tumble: a studio (CC-BY-4.0)"))});
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -130,10 +136,8 @@ TEST(ExportRun, SaysWhichClipsWereLeftOutOfTraining) {
 // Another recording of the same name was not trained on, but by the teacher.
 TEST(ExportRun, TellsItsOwnClipsFromOthersOfTheirName) {
   FinishedRun run;
-  v1::BundleManifest teacher;
-  teacher.mutable_provenance()->add_clips("turn: a studio (CC-BY-4.0)");
-  teacher.mutable_provenance()->add_clip_uses(v1::CLIP_USE_TRAINED_ON);
-  run.SaveInputs({MakeSource("teacher", teacher)});
+  run.SaveInputs(
+      {MakeSource("teacher", ManifestOf("turn: a studio (CC-BY-4.0)"))});
 
   ASSERT_THAT(run.Export(), IsOk());
 
