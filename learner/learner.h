@@ -98,8 +98,8 @@ class Learner {
   virtual absl::Status Load(const TensorMap& tensors,
                             const v1::TrainingState& state,
                             absl::Span<const StateChunk> chunks) = 0;
-  // Weights only (--init BUNDLE): parameters of equal name and shape, the
-  // policy's all of them.
+  // Weights only (--init BUNDLE): parameters of equal name and of equal or
+  // narrower shape (update/widening.h), the policy's all of them.
   virtual absl::Status InitFrom(const TensorMap& weights) = 0;
 
   // Annealing: factors on std and learning rates, in effect from the next

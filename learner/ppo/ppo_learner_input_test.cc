@@ -60,6 +60,30 @@ TEST(PpoLearner, StartsFromAnotherRunsWeights) {
               bundle.at("normaliser/mean").float32()[0], 5e-3);
 }
 
+TEST(PpoLearner, StartsFromANarrowerNetworkAsItsEqual) {
+  const auto trained = MakeLearner(MakeRecipe());
+  for (int64_t i = 0; i < 20; ++i) UpdateOnce(*trained, i);
+  v1::Recipe recipe = MakeRecipe();
+  for (int i = 0; i < 2; ++i) {
+    recipe.mutable_network()->set_policy_hidden(i, 48 + 8 * i);
+    recipe.mutable_network()->set_value_hidden(i, 40);
+  }
+  const auto learner = MakeLearner(recipe);
+
+  ASSERT_THAT(learner->InitFrom(trained->weights()), IsOk());
+
+  const double before = MeanActionError(Collect(*trained, 1000));
+  EXPECT_NEAR(MeanActionError(Collect(*learner, 1000)), before, 1e-6);
+  // New units learn.
+  const TensorMap start = learner->weights();
+  UpdateOnce(*learner, 0);
+  const HostTensor first = start.at("policy/mean/weight");
+  const HostTensor then = learner->weights().at("policy/mean/weight");
+  const int64_t last = first.shape[1] - 1;
+  EXPECT_EQ(first.float32()[last], 0);
+  EXPECT_GT(std::abs(then.float32()[last]), 1e-5);
+}
+
 TEST(PpoLearner, RefusesWeightsOfOtherNetworks) {
   const auto learner = MakeLearner(MakeRecipe());
   const std::string before = Bits(*learner);

@@ -11,6 +11,7 @@
 #include "common/policy/builder.h"
 #include "common/policy/validate.h"
 #include "common/status_macros.h"
+#include "learner/update/widening.h"
 
 namespace sinew::learner {
 namespace {
@@ -108,10 +109,15 @@ absl::Status TakeWeights(const v1::PolicyGraph& graph, const TensorMap& from,
   SINEW_RETURN_IF_ERROR(CheckFinite(from, kWeights));
   SINEW_ASSIGN_OR_RETURN(const std::set<std::string> needed,
                          PolicyParameters(graph));
+  const HiddenWidths hidden(graph);
   TensorMap result = into;
   for (auto& [name, tensor] : result) {
     const auto found = from.find(name);
     if (name == kStd || found == from.end()) continue;
+    if (hidden.CanWiden(name, found->second, tensor)) {
+      Widen(found->second, tensor);
+      continue;
+    }
     SINEW_RETURN_IF_ERROR(CheckShape(kWeights, name, tensor, found->second));
     tensor = found->second;
   }

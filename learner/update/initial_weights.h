@@ -23,9 +23,11 @@ struct Primitive {
   TensorMap weights;
 };
 
-// Copies what `into`, the parameters of `graph`, has under the same name.
-// `from` must have all that the graph "policy" reads but for exploration's
-// standard deviation, which a student's bundle has none of.
+// Copies what `into`, the parameters of `graph`, has under the same name;
+// hidden layers of `from` may be narrower (widening.h), so that a network grows
+// without another function. `from` must have all that the graph "policy" reads
+// but for exploration's standard deviation, which a student's bundle has none
+// of.
 absl::Status TakeWeights(const v1::PolicyGraph& graph, const TensorMap& from,
                          TensorMap& into);
 

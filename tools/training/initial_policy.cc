@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -71,12 +72,27 @@ absl::Status CheckTask(const bundle::Bundle& bundle, const v1::Recipe& recipe,
                    bundle.manifest.control_hz());
 }
 
-std::string ShapeOf(const v1::PolicyGraph& graph, const std::string& name) {
+std::vector<int64_t> ShapeOf(const v1::PolicyGraph& graph,
+                             const std::string& name) {
   for (const v1::Parameter& parameter : graph.parameters()) {
     if (parameter.name() != name) continue;
-    return absl::StrCat("[", absl::StrJoin(parameter.shape(), ", "), "]");
+    return {parameter.shape().begin(), parameter.shape().end()};
   }
-  return "none";
+  return {};
+}
+
+// A layer may be narrower where a run begins; which ones, the learner knows
+// (learner/update/widening.h).
+bool FitsInto(const std::vector<int64_t>& narrow,
+              const std::vector<int64_t>& wide) {
+  return narrow.size() == wide.size() &&
+         std::equal(narrow.begin(), narrow.end(), wide.begin(),
+                    std::less_equal<>());
+}
+
+std::string Describe(const std::vector<int64_t>& shape) {
+  if (shape.empty()) return "none";
+  return absl::StrCat("[", absl::StrJoin(shape, ", "), "]");
 }
 
 // A graph's nodes but for the last two where those are exploration
@@ -104,8 +120,9 @@ v1::Node Anonymous(const v1::Node& node, bool last) {
   return copy;
 }
 
-// Whether graph `name` computes the same in both, weights and exploration
-// apart; `field` of the recipe decides on it.
+// Whether graph `name` computes the same in both, weights, exploration and
+// layers that are narrower in `found` apart; `field` of the recipe decides on
+// it.
 absl::Status SameGraph(const std::string& name, const std::string& field,
                        const v1::PolicyGraph& expected,
                        const v1::PolicyGraph& found) {
@@ -126,11 +143,12 @@ absl::Status SameGraph(const std::string& name, const std::string& field,
         SameMessage(absl::StrCat("graph ", name, ": node ", node.name()),
                     Anonymous(node, last), Anonymous(*have_nodes[i], last)));
     for (const std::string& parameter : node.parameters()) {
-      const std::string shape = ShapeOf(expected, parameter);
-      if (shape == ShapeOf(found, parameter)) continue;
+      const std::vector<int64_t> wide = ShapeOf(expected, parameter);
+      const std::vector<int64_t> narrow = ShapeOf(found, parameter);
+      if (FitsInto(narrow, wide)) continue;
       return Unfit(
-          absl::StrCat("parameter ", parameter, " (", field, "): shape"), shape,
-          ShapeOf(found, parameter));
+          absl::StrCat("parameter ", parameter, " (", field, "): shape"),
+          absl::StrCat("at most ", Describe(wide)), Describe(narrow));
     }
   }
   return absl::OkStatus();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/policy/builder.h"
@@ -144,6 +145,23 @@ TEST(InitialPolicy, TakesAStudentWhichDoesNotExplore) {
   EXPECT_EQ(weights.at("policy/std").data, before.at("policy/std").data);
 }
 
+TEST(InitialPolicy, TakesAPolicyOfNarrowerLayers) {
+  v1::Recipe wide = SmallRecipe();
+  wide.mutable_network()->set_policy_hidden(0, 11);
+  const NewRun run(wide);
+  const std::string narrow = WriteToy("narrow");
+  const auto bundle = bundle::ReadBundle(narrow);
+  ASSERT_THAT(bundle, IsOk());
+
+  ASSERT_THAT(run.Begin({.init = narrow, .primitives = {}}), IsOk());
+
+  const HostTensor taken = run.learner->weights().at("policy/linear_0/bias");
+  const HostTensor given = bundle->weights.at("policy/linear_0/bias");
+  ASSERT_EQ(taken.num_elements(), 11);
+  ASSERT_EQ(given.num_elements(), 8);
+  EXPECT_TRUE(absl::StartsWith(taken.data, given.data));
+}
+
 TEST(InitialPolicy, TakesAStudentForAPrimitive) {
   const NewRun run;
   const std::string student = WriteStudent("primitive");
@@ -233,7 +251,11 @@ TEST(InitialPolicy, NamesBundleAndFieldOfAPrimitiveThatDoesNotFit) {
        "node clipped"},
       {"width",
        [](v1::Recipe& r) { r.mutable_network()->set_policy_hidden(0, 9); },
-       "network.policy_hidden): shape: expected [8, 68], found [9, 68]"},
+       "network.policy_hidden): shape: expected at most [8, 68], "
+       "found [9, 68]"},
+      {"narrower",
+       [](v1::Recipe& r) { r.mutable_network()->set_policy_hidden(0, 7); },
+       "tensor policy/linear_0/bias: expected shape [8], found shape [7]"},
       {"depth",
        [](v1::Recipe& r) { r.mutable_network()->add_policy_hidden(8); },
        "network.policy_hidden): expected"},
