@@ -5,35 +5,13 @@
 
 #include "common/build_info.h"
 #include "common/status_macros.h"
+#include "tools/training/bundle_metrics.h"
 
 namespace sinew::tools {
 namespace {
 
 // evaluation.delay is at most 2.
 constexpr size_t kRemembered = 3;
-
-// `evaluated` says which iteration it is of.
-void Fill(const EvaluationSummary& summary, v1::EvaluatedPolicy& evaluated) {
-  // What is left out of training chooses nothing.
-  const SetSummary& training = summary.training;
-  v1::BundleMetrics& metrics = *evaluated.mutable_metrics();
-  metrics.set_clips(training.clips);
-  metrics.set_starts(training.starts);
-  metrics.set_succeeded_starts(training.succeeded_starts);
-  metrics.set_success_rate(training.success_rate);
-  metrics.set_e_g_mpjpe_mm(training.means.e_g_mpjpe_mm);
-  metrics.set_e_mpjpe_mm(training.means.e_mpjpe_mm);
-  metrics.set_e_acc(training.means.e_acc);
-  metrics.set_e_vel(training.means.e_vel);
-  metrics.set_iteration(evaluated.iteration());
-  const SetSummary& left_out = summary.left_out;
-  metrics.set_left_out_clips(left_out.clips);
-  metrics.set_left_out_starts(left_out.starts);
-  metrics.set_left_out_succeeded_starts(left_out.succeeded_starts);
-  metrics.set_left_out_success_rate(left_out.success_rate);
-  metrics.set_left_out_e_g_mpjpe_mm(left_out.means.e_g_mpjpe_mm);
-  evaluated.set_survived_share(training.survived_share);
-}
 
 }  // namespace
 
@@ -67,7 +45,11 @@ absl::Status BestPolicy::Observe(const learner::IterationReport& report) {
   if (!report.evaluation) return absl::OkStatus();
   for (RunStore::Policy& policy : recent_) {
     if (policy.evaluated.iteration() != report.evaluated_iteration) continue;
-    Fill(*report.evaluation, policy.evaluated);
+    // What is left out of training chooses nothing.
+    *policy.evaluated.mutable_metrics() =
+        MakeBundleMetrics(*report.evaluation, report.evaluated_iteration);
+    policy.evaluated.set_survived_share(
+        report.evaluation->training.survived_share);
     if (best_ && !IsBetter(policy.evaluated, best_->evaluated)) {
       return absl::OkStatus();
     }
