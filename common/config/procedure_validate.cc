@@ -67,6 +67,8 @@ void CheckProcedure(const v1::Recipe& recipe, FieldChecker& check) {
                 "0, since it would rehearse clips that are not among "
                 "task.start.only_clips",
                 procedure.rehearsal_share());
+  check.Within(procedure.environments_per_clip(), 0, kMostEnvironments,
+               "procedure.environments_per_clip");
   check.Require(EndsAtPlateau(recipe), "plateau.evaluations",
                 ">= 1, since stages of the procedure end at a plateau",
                 recipe.plateau().evaluations());

@@ -44,6 +44,8 @@ absl::Status ValidateRecipe(const v1::Recipe& recipe);
 // Primitives that a composer may have, a procedure's among them.
 inline constexpr int kFewestPrimitives = 2;
 inline constexpr int kMostPrimitives = 16;
+// Bound of rollouts.environments.
+inline constexpr int kMostEnvironments = 1 << 20;
 
 // Share of episodes that begin off their reference; recovery is on where it is
 // not 0.

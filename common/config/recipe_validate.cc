@@ -158,7 +158,8 @@ void CheckNetwork(const v1::Network& network, FieldChecker& check) {
 }
 
 void CheckRollouts(const v1::Rollouts& rollouts, FieldChecker& check) {
-  check.Within(rollouts.environments(), 1, 1 << 20, "rollouts.environments");
+  check.Within(rollouts.environments(), 1, kMostEnvironments,
+               "rollouts.environments");
   check.Within(rollouts.horizon(), 1, 1 << 16, "rollouts.horizon");
   const int per_order = rollouts.environments_per_order();
   check.AtLeast(per_order, 1, "rollouts.environments_per_order");

@@ -31,11 +31,33 @@ int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
   return 0;
 }
 
-int64_t IterationsOf(const v1::Recipe& recipe, StageKind kind) {
-  const int64_t per_iteration =
-      int64_t{recipe.rollouts().environments()} * recipe.rollouts().horizon();
-  const int64_t samples = SamplesOf(recipe.procedure(), kind);
-  return samples / per_iteration + (samples % per_iteration != 0 ? 1 : 0);
+int64_t DivideUp(int64_t a, int64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
+
+// Of a stage with as many environments as `rollouts` says.
+int64_t IterationsOf(int64_t samples, const v1::Rollouts& rollouts) {
+  return DivideUp(samples,
+                  int64_t{rollouts.environments()} * rollouts.horizon());
+}
+
+// Larger iterations of as many minibatches, for all clips of a hard set.
+// Evaluations are some samples apart, not some iterations.
+void Enlarge(int64_t clips, const v1::Procedure& procedure,
+             v1::Recipe& recipe) {
+  const int32_t environments = recipe.rollouts().environments();
+  const int64_t factor = std::min<int64_t>(
+      DivideUp(clips * procedure.environments_per_clip(), environments),
+      kMostEnvironments / environments);
+  if (factor <= 1) return;
+  const auto times = [factor](int32_t value) {
+    return static_cast<int32_t>(factor * value);
+  };
+  recipe.mutable_rollouts()->set_environments(times(environments));
+  recipe.mutable_ppo()->set_minibatch(times(recipe.ppo().minibatch()));
+  v1::Evaluation& evaluation = *recipe.mutable_evaluation();
+  if (evaluation.interval() == 0) return;
+  evaluation.set_interval(
+      std::max<int32_t>(evaluation.delay(),
+                        static_cast<int32_t>(evaluation.interval() / factor)));
 }
 
 void SetComposer(const v1::Procedure& procedure, int primitives,
@@ -74,7 +96,12 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   v1::Recipe derived = recipe;
   derived.clear_procedure();
   derived.set_max_minutes(0);
-  derived.set_max_iterations(IterationsOf(recipe, stage.kind));
+  const int64_t samples = SamplesOf(recipe.procedure(), stage.kind);
+  if (IsOnHardSet(stage.kind)) {
+    Enlarge(static_cast<int64_t>(stage.clips.size()), recipe.procedure(),
+            derived);
+  }
+  derived.set_max_iterations(IterationsOf(samples, derived.rollouts()));
   derived.set_seed(recipe.seed() + kSeedStep * static_cast<uint64_t>(index));
   if (!recipe.name().empty()) {
     derived.set_name(absl::StrCat(recipe.name(), "_", StageName(stage)));
@@ -91,8 +118,7 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   } else {
     derived.mutable_task()->clear_recovery();
   }
-  SettleBefore(SamplesOf(recipe.procedure(), stage.kind),
-               *derived.mutable_ppo()->mutable_anneal());
+  SettleBefore(samples, *derived.mutable_ppo()->mutable_anneal());
   // Its value network comes from the stage before, and so do its rewards.
   if (IsOnHardSet(stage.kind)) {
     derived.mutable_ppo()->set_value_warmup_iterations(0);

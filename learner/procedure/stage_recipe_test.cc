@@ -175,6 +175,35 @@ TEST(StageRecipe, RehearsesWhereThePrimitiveGoesOnAlone) {
   EXPECT_EQ(share(StageKind::kGrown), 0);
 }
 
+// Of 16 environments, 10 steps each, minibatches of 80 and an evaluation every
+// 5 iterations.
+TEST(StageRecipe, GivesEveryClipOfAHardSetItsEnvironments) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_procedure()->set_environments_per_clip(12);
+  Stage stage = MakeStage(StageKind::kHard);
+  stage.clips = {"walk"};
+  EXPECT_EQ(StageRecipe(recipe, stage, 1).rollouts().environments(), 16);
+
+  stage.clips = {"walk", "run", "jump"};
+  v1::Recipe found = StageRecipe(recipe, stage, 1);
+  EXPECT_EQ(found.rollouts().environments(), 48);  // for 36
+  EXPECT_EQ(found.ppo().minibatch(), 240);
+  EXPECT_EQ(found.evaluation().interval(), 1);
+  EXPECT_EQ(found.max_iterations(), 4);  // 1600 / (48 * 10), rounded up
+  EXPECT_THAT(ValidateRecipe(found), IsOk());
+
+  stage.kind = StageKind::kFull;
+  EXPECT_EQ(StageRecipe(recipe, stage, 0).rollouts().environments(), 16);
+
+  stage.kind = StageKind::kGrown;
+  recipe.mutable_procedure()->set_environments_per_clip(kMostEnvironments);
+  recipe.mutable_evaluation()->set_delay(2);
+  found = StageRecipe(recipe, stage, 1);
+  EXPECT_EQ(found.rollouts().environments(), kMostEnvironments);
+  EXPECT_EQ(found.evaluation().interval(), 2);
+  EXPECT_THAT(ValidateRecipe(found), IsOk());
+}
+
 TEST(StageRecipe, TakesAsManySamplesAsThereAre) {
   constexpr int64_t kMost = std::numeric_limits<int64_t>::max();
   v1::Recipe recipe = MakeRecipe();
