@@ -16,8 +16,8 @@ namespace {
 // have the same one.
 constexpr uint64_t kSeedStep = 0x9E3779B97F4A7C15u;
 
-int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
-  switch (kind) {
+int64_t SamplesOf(const v1::Procedure& procedure, const Stage& stage) {
+  switch (stage.kind) {
     case StageKind::kFull:
       return procedure.full_samples();
     case StageKind::kHard:
@@ -27,14 +27,16 @@ int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
       return procedure.recovery_samples();
     case StageKind::kComposer:
       return procedure.composer_samples();
+    case StageKind::kSingle:
+      return stage.samples;
   }
   return 0;
 }
 
-int64_t IterationsOf(const v1::Recipe& recipe, StageKind kind) {
+int64_t IterationsOf(const v1::Recipe& recipe, const Stage& stage) {
   const int64_t per_iteration =
       int64_t{recipe.rollouts().environments()} * recipe.rollouts().horizon();
-  const int64_t samples = SamplesOf(recipe.procedure(), kind);
+  const int64_t samples = SamplesOf(recipe.procedure(), stage);
   return samples / per_iteration + (samples % per_iteration != 0 ? 1 : 0);
 }
 
@@ -74,7 +76,7 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   v1::Recipe derived = recipe;
   derived.clear_procedure();
   derived.set_max_minutes(0);
-  derived.set_max_iterations(IterationsOf(recipe, stage.kind));
+  derived.set_max_iterations(IterationsOf(recipe, stage));
   derived.set_seed(recipe.seed() + kSeedStep * static_cast<uint64_t>(index));
   if (!recipe.name().empty()) {
     derived.set_name(absl::StrCat(recipe.name(), "_", StageName(stage)));
@@ -86,15 +88,14 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
                                     ? recipe.procedure().rehearsal_share()
                                     : 0);
   }
-  if (Recovers(recipe, stage.kind)) {
-    IgnoreEvaluations(derived);
-  } else {
-    derived.mutable_task()->clear_recovery();
-  }
-  SettleBefore(SamplesOf(recipe.procedure(), stage.kind),
+  const bool recovers = Recovers(recipe, stage.kind);
+  const bool single = stage.kind == StageKind::kSingle;
+  if (!recovers) derived.mutable_task()->clear_recovery();
+  if (recovers || single) IgnoreEvaluations(derived);
+  SettleBefore(SamplesOf(recipe.procedure(), stage),
                *derived.mutable_ppo()->mutable_anneal());
-  // Its value network comes from the stage before, and so do its rewards.
-  if (IsOnHardSet(stage.kind)) {
+  // Its value network comes from an earlier stage, and so do its rewards.
+  if (IsOnHardSet(stage.kind) || single) {
     derived.mutable_ppo()->set_value_warmup_iterations(0);
   }
   if (stage.kind == StageKind::kComposer) {
@@ -121,6 +122,13 @@ absl::Status ValidateStages(const v1::Recipe& recipe) {
                       .primitive = all,
                       .clips = {},
                       .primitives = {}});
+  }
+  if (procedure.compare_single()) {
+    stages.push_back({.kind = StageKind::kSingle,
+                      .from = 0,
+                      .clips = {},
+                      .primitives = {},
+                      .samples = procedure.hard_samples()});
   }
   for (const Stage& stage : stages) {
     const absl::Status status = ValidateRecipe(StageRecipe(recipe, stage, 0));
