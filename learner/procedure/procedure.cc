@@ -19,12 +19,13 @@ using ClipSet = absl::flat_hash_set<std::string>;
 // Names in a sentence; the evidence has all.
 constexpr size_t kNamesShown = 20;
 
-constexpr std::array<std::pair<StageKind, const char*>, 5> kKindNames = {{
+constexpr std::array<std::pair<StageKind, const char*>, 6> kKindNames = {{
     {StageKind::kFull, "full"},
     {StageKind::kHard, "hard"},
     {StageKind::kGrown, "grown"},
     {StageKind::kRecovery, "recovery"},
     {StageKind::kComposer, "composer"},
+    {StageKind::kSingle, "single"},
 }};
 
 bool Tracks(StageKind kind) {
@@ -41,12 +42,16 @@ std::string Names(const std::vector<std::string>& names) {
   return text;
 }
 
-// The latest stage of each primitive, by its number.
+// The latest stage of each primitive, by its number. The single one is a
+// primitive of none that follow.
 std::vector<int> LatestStages(absl::Span<const FinishedStage> finished) {
   std::vector<int> latest;
   for (size_t i = 0; i < finished.size(); ++i) {
     const Stage& stage = finished[i].stage;
-    if (stage.kind == StageKind::kComposer) continue;
+    if (stage.kind == StageKind::kComposer ||
+        stage.kind == StageKind::kSingle) {
+      continue;
+    }
     latest.resize(std::max<size_t>(latest.size(), stage.primitive + 1));
     latest[stage.primitive] = static_cast<int>(i);
   }
@@ -209,12 +214,45 @@ std::optional<Stage> AfterTracking(const v1::Procedure& procedure,
                .primitives = {}};
 }
 
-void AddResult(absl::Span<const FinishedStage> finished, std::string& reason) {
-  const FinishedStage& result = finished[ResultStage(finished)];
+// The single primitive, or none; `reason` is added to.
+std::optional<Stage> NextSingle(const v1::Procedure& procedure,
+                                absl::Span<const FinishedStage> finished,
+                                std::string& reason) {
+  if (!procedure.compare_single() ||
+      finished.back().stage.kind == StageKind::kSingle) {
+    return std::nullopt;
+  }
+  const FinishedStage& first = finished.front();
+  const int64_t samples = CostOf(finished).samples - first.samples;
+  if (samples == 0) {
+    absl::StrAppend(&reason, "; one stage alone: nothing to compare");
+    return std::nullopt;
+  }
   absl::StrAppendFormat(&reason,
-                        "; the procedure is over, its policy is that of %s, "
-                        "which fails %d clips",
-                        StageName(result.stage), result.failed.size());
+                        "; next %s by itself, on all clips, for as many "
+                        "samples as all stages after it took, %d",
+                        StageName(first.stage), samples);
+  return Stage{.kind = StageKind::kSingle,
+               .primitive = first.stage.primitive,
+               .from = 0,
+               .clips = {},
+               .primitives = {},
+               .samples = samples};
+}
+
+// No stage follows but for comparison, if that.
+std::optional<Stage> AfterProcedure(const v1::Procedure& procedure,
+                                    absl::Span<const FinishedStage> finished,
+                                    std::string& reason) {
+  const FinishedStage& result = finished[ResultStage(finished)];
+  const std::string policy =
+      absl::StrFormat("its policy is that of %s, which fails %d clips",
+                      StageName(result.stage), result.failed.size());
+  std::string comparison;
+  std::optional<Stage> next = NextSingle(procedure, finished, comparison);
+  absl::StrAppend(&reason, next ? "; " : "; the procedure is over, ", policy,
+                  comparison);
+  return next;
 }
 
 }  // namespace
@@ -277,16 +315,50 @@ Decision NextStage(const v1::Procedure& procedure,
       decision.next = NextComposer(procedure, finished, reason);
     }
   }
-  if (!decision.next) AddResult(finished, reason);
+  if (const auto both = Compare(finished)) {
+    absl::StrAppendFormat(&reason,
+                          ", with %d samples in all beside the procedure's %d",
+                          both->single.samples, both->procedure.samples);
+  }
+  if (!decision.next) {
+    decision.next = AfterProcedure(procedure, finished, reason);
+  }
   return decision;
 }
 
 int ResultStage(absl::Span<const FinishedStage> finished) {
   size_t best = 0;
   for (size_t i = 0; i < finished.size(); ++i) {
+    if (finished[i].stage.kind == StageKind::kSingle) continue;
     if (finished[i].failed.size() <= finished[best].failed.size()) best = i;
   }
   return static_cast<int>(best);
+}
+
+Cost CostOf(absl::Span<const FinishedStage> finished) {
+  Cost cost;
+  for (const FinishedStage& stage : finished) {
+    if (stage.stage.kind == StageKind::kSingle) continue;
+    cost.samples += stage.samples;
+    cost.train_seconds += stage.train_seconds;
+  }
+  return cost;
+}
+
+std::optional<Comparison> Compare(absl::Span<const FinishedStage> finished) {
+  if (finished.empty() || finished.back().stage.kind != StageKind::kSingle) {
+    return std::nullopt;
+  }
+  const auto side = [&](int stage, int64_t samples) {
+    return Comparison::Side{
+        .stage = stage,
+        .samples = samples,
+        .failed = static_cast<int>(finished[stage].failed.size())};
+  };
+  return Comparison{
+      .procedure = side(ResultStage(finished), CostOf(finished).samples),
+      .single = side(static_cast<int>(finished.size()) - 1,
+                     finished.front().samples + finished.back().samples)};
 }
 
 }  // namespace sinew::learner

@@ -20,6 +20,8 @@ namespace sinew::learner {
 //   kRecovery  one more primitive, from the last that tracks, on all clips,
 //              with starts on the floor and from afar
 //   kComposer  chooses among all primitives, frozen, on all clips
+//   kSingle    primitive 0 goes on from kFull by itself, on all clips, for as
+//              many samples as all stages after that one took: for comparison
 //
 // The hard set: the clips that no primitive wins by the final evaluation of its
 // latest stage. After each stage that tracks:
@@ -32,11 +34,13 @@ namespace sinew::learner {
 //   5. otherwise                                   -> kGrown
 //
 // Then kRecovery (if recovery_samples > 0), kComposer (if composer_samples > 0
-// and there are two primitives or more), and the end.
+// and there are two primitives or more); then it is decided what the procedure
+// comes to, kSingle follows (if compare_single, and there were stages after
+// kFull) and decides nothing, and that is the end.
 //
 // Everything here is pure and thread-safe; nothing blocks or fails.
 
-enum class StageKind { kFull, kHard, kGrown, kRecovery, kComposer };
+enum class StageKind { kFull, kHard, kGrown, kRecovery, kComposer, kSingle };
 
 // Whether a stage's starts lie on the clips that no primitive wins.
 bool IsOnHardSet(StageKind kind);
@@ -53,6 +57,8 @@ struct Stage {
   std::vector<std::string> clips;
   // Composer only: the latest stage of each primitive.
   std::vector<int> primitives;
+  // kSingle only: after how many it ends. 0: the recipe says it.
+  int64_t samples = 0;
 
   bool operator==(const Stage&) const = default;
 };
@@ -92,10 +98,11 @@ struct Decision {
   Evidence evidence;
 };
 
-// "primitive_0", "primitive_0_hard", "primitive_1", "recovery", "composer".
+// "primitive_0", "primitive_0_hard", "primitive_1", "recovery", "composer",
+// "single".
 std::string StageName(const Stage& stage);
 
-// "full", "hard", "grown", "recovery", "composer".
+// "full", "hard", "grown", "recovery", "composer", "single".
 std::string KindName(StageKind kind);
 std::optional<StageKind> KindOfName(const std::string& name);
 
@@ -107,8 +114,28 @@ Decision NextStage(const v1::Procedure& procedure,
 
 // Index of the stage that the procedure came to, of at least one: that which
 // fails the fewest clips, the latest of equals, so that a composer has to be
-// worth it.
+// worth it. Never kSingle.
 int ResultStage(absl::Span<const FinishedStage> finished);
+
+// What the finished stages of the procedure took: all but kSingle.
+struct Cost {
+  int64_t samples = 0;
+  double train_seconds = 0;
+};
+Cost CostOf(absl::Span<const FinishedStage> finished);
+
+// The procedure beside the single primitive.
+struct Comparison {
+  struct Side {
+    int stage = 0;        // index of the one whose last weights are compared
+    int64_t samples = 0;  // of all stages that it took to get there
+    int failed = 0;       // clips trained on that those weights fail
+  };
+  Side procedure;  // took all stages but kSingle
+  Side single;     // took kFull and kSingle
+};
+// Unset before kSingle has ended.
+std::optional<Comparison> Compare(absl::Span<const FinishedStage> finished);
 
 }  // namespace sinew::learner
 

@@ -16,8 +16,8 @@ namespace {
 // have the same one.
 constexpr uint64_t kSeedStep = 0x9E3779B97F4A7C15u;
 
-int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
-  switch (kind) {
+int64_t SamplesOf(const v1::Procedure& procedure, const Stage& stage) {
+  switch (stage.kind) {
     case StageKind::kFull:
       return procedure.full_samples();
     case StageKind::kHard:
@@ -27,6 +27,8 @@ int64_t SamplesOf(const v1::Procedure& procedure, StageKind kind) {
       return procedure.recovery_samples();
     case StageKind::kComposer:
       return procedure.composer_samples();
+    case StageKind::kSingle:
+      return stage.samples;
   }
   return 0;
 }
@@ -96,7 +98,7 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   v1::Recipe derived = recipe;
   derived.clear_procedure();
   derived.set_max_minutes(0);
-  const int64_t samples = SamplesOf(recipe.procedure(), stage.kind);
+  const int64_t samples = SamplesOf(recipe.procedure(), stage);
   if (IsOnHardSet(stage.kind)) {
     Enlarge(static_cast<int64_t>(stage.clips.size()), recipe.procedure(),
             derived);
@@ -113,14 +115,13 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
                                     ? recipe.procedure().rehearsal_share()
                                     : 0);
   }
-  if (Recovers(recipe, stage.kind)) {
-    IgnoreEvaluations(derived);
-  } else {
-    derived.mutable_task()->clear_recovery();
-  }
+  const bool recovers = Recovers(recipe, stage.kind);
+  const bool single = stage.kind == StageKind::kSingle;
+  if (!recovers) derived.mutable_task()->clear_recovery();
+  if (recovers || single) IgnoreEvaluations(derived);
   SettleBefore(samples, *derived.mutable_ppo()->mutable_anneal());
-  // Its value network comes from the stage before, and so do its rewards.
-  if (IsOnHardSet(stage.kind)) {
+  // Its value network comes from an earlier stage, and so do its rewards.
+  if (IsOnHardSet(stage.kind) || single) {
     derived.mutable_ppo()->set_value_warmup_iterations(0);
   }
   if (stage.kind == StageKind::kComposer) {
@@ -147,6 +148,13 @@ absl::Status ValidateStages(const v1::Recipe& recipe) {
                       .primitive = all,
                       .clips = {},
                       .primitives = {}});
+  }
+  if (procedure.compare_single()) {
+    stages.push_back({.kind = StageKind::kSingle,
+                      .from = 0,
+                      .clips = {},
+                      .primitives = {},
+                      .samples = procedure.hard_samples()});
   }
   for (const Stage& stage : stages) {
     const absl::Status status = ValidateRecipe(StageRecipe(recipe, stage, 0));

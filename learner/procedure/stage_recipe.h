@@ -11,6 +11,7 @@ namespace sinew::learner {
 //
 //   procedure, max_minutes  unset
 //   max_iterations          the stage's samples, rounded up to iterations
+//                           (kSingle has its own, others the procedure's)
 //   seed                    another one for each stage; the first has the
 //                           procedure's, so it is the run of the same recipe
 //   name                    NAME_STAGE, if there is one
@@ -24,13 +25,14 @@ namespace sinew::learner {
 //                           kGrown
 //   plateau, ppo.anneal     where task.recovery is on, evaluations neither end
 //                           the stage nor begin its annealing: they start on
-//                           the reference and say nothing of getting up
+//                           the reference and say nothing of getting up; nor
+//                           in kSingle, which is to take all of its samples
 //   ppo.anneal.begin_samples   anneal.samples before the stage's end (from the
 //                           first sample on in a stage no longer than that), if
 //                           annealing changes anything, so that the weights
 //                           that count have settled
-//   ppo.value_warmup_iterations   not in kHard and kGrown: their value networks
-//                           have learnt
+//   ppo.value_warmup_iterations   not in kHard, kGrown and kSingle: their value
+//                           networks have learnt
 //   network.composer        in kComposer only
 //
 // `recipe` has its defaults filled and is valid, then so is the result. Pure.

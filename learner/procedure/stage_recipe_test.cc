@@ -114,6 +114,31 @@ TEST(StageRecipe, OfTheComposerHasOneRecoversAndHeedsNoEvaluation) {
   EXPECT_THAT(ValidateRecipe(recipe), IsOk());
 }
 
+// The first stage's, but for what ends it and what has learnt.
+TEST(StageRecipe, OfTheSinglePrimitiveIsThatOfTheFirstStageToItsLastSample) {
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_ppo()->set_value_warmup_iterations(3);
+  Stage stage = MakeStage(StageKind::kSingle);
+  stage.samples = 3361;
+  v1::Recipe expected =
+      StageRecipe(recipe, MakeStage(StageKind::kFull), /*index=*/5);
+  expected.set_name("phc_single");
+  expected.set_max_iterations(22);  // 3361 / (16 * 10), rounded up
+  expected.clear_plateau();
+  expected.mutable_ppo()->set_value_warmup_iterations(0);
+  v1::Anneal& anneal = *expected.mutable_ppo()->mutable_anneal();
+  anneal.set_success_share(0);
+  anneal.set_stall_evaluations(0);
+  anneal.set_begin_samples(2861);  // 3361 - 500
+
+  const v1::Recipe found = StageRecipe(recipe, stage, /*index=*/5);
+
+  EXPECT_EQ(PrintRecipe(found), PrintRecipe(expected));
+  EXPECT_THAT(found, HeedsNoEvaluation());
+  EXPECT_FALSE(found.task().has_recovery());
+  EXPECT_THAT(ValidateRecipe(found), IsOk());
+}
+
 TEST(StageRecipe, OfNoStageRecoversIfNoPrimitiveDoes) {
   v1::Recipe recipe = MakeRecipe();
   recipe.mutable_procedure()->set_recovery_samples(0);
@@ -226,7 +251,11 @@ TEST(StageRecipe, GivesEveryStageItsOwnSeed) {
 }
 
 TEST(ValidateStages, TakesAProcedureWhoseStagesAllMayBeRun) {
-  EXPECT_THAT(ValidateStages(MakeRecipe()), IsOk());
+  v1::Recipe recipe = MakeRecipe();
+  EXPECT_THAT(ValidateStages(recipe), IsOk());
+
+  recipe.mutable_procedure()->set_compare_single(true);
+  EXPECT_THAT(ValidateStages(recipe), IsOk());
 }
 
 TEST(ValidateStages, NamesTheStageThatCouldNotBeRun) {

@@ -194,6 +194,38 @@ TEST(ProcedureTest, LearnsOnThePartOfTheClipsThatIsHard) {
             Fingerprints(rig, "straight", stages));
 }
 
+TEST(ProcedureTest, TrainsASinglePrimitiveOnBesideIt) {
+  const TrainingRig rig;
+  const std::vector<std::string> compared = {
+      "procedure.compare_single=true", "procedure.max_primitives=1",
+      "procedure.recovery_samples=0", "procedure.composer_samples=0"};
+  const std::vector<std::string> stages = {"stages/00_primitive_0",
+                                           "stages/01_primitive_0_hard",
+                                           "stages/02_single"};
+  rig.MustRun("straight", Train(rig, "straight", 0, compared));
+
+  const auto record = tools::ParseProcedure(
+      ReadFile(rig.Path("straight/procedure.json")).value_or(""),
+      "procedure.json");
+  ASSERT_THAT(record, IsOk());
+  ASSERT_EQ(record->Finished().size(), stages.size());
+  // As many as the hard stage, the only one after the first.
+  EXPECT_EQ(record->Finished()[2].samples, 64 * kOthers);
+  EXPECT_THAT(ClipsDrawn(rig, "straight", stages[2]), ElementsAre(0, 1, 2));
+  ASSERT_TRUE(record->end);
+  EXPECT_THAT(record->end->reason,
+              AllOf(HasSubstr("384 samples in all beside the procedure's 384"),
+                    HasSubstr("that of primitive_0")));
+
+  // In the midst of it.
+  rig.MustRun("first", Train(rig, "cut", kFull + kOthers + 1, compared));
+  EXPECT_TRUE(FileExists(rig.Path("cut/bundle")));
+  rig.MustRun("last", Train(rig, "cut", 0, compared));
+
+  EXPECT_EQ(Fingerprints(rig, "cut", stages),
+            Fingerprints(rig, "straight", stages));
+}
+
 TEST(ProcedureTest, EndsAStageAtItsPlateau) {
   const TrainingRig rig;
   rig.MustRun("run", Train(rig, "run", kLong,

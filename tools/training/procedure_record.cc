@@ -42,6 +42,17 @@ Json EvidenceJson(const learner::Evidence& evidence) {
           {"forgotten", evidence.forgotten}};
 }
 
+// The procedure beside the single primitive.
+Json ComparisonJson(const ProcedureRecord& record,
+                    const learner::Comparison& both) {
+  const auto side = [&](const learner::Comparison::Side& one) -> Json {
+    return {{"directory", record.stages[one.stage].directory},
+            {"samples", one.samples},
+            {"clips_failed", one.failed}};
+  };
+  return {{"procedure", side(both.procedure)}, {"single", side(both.single)}};
+}
+
 Json EntryJson(const ProcedureRecord::Entry& entry) {
   const learner::Stage& stage = *entry.decision.next;
   Json json = {{"directory", entry.directory},
@@ -51,6 +62,7 @@ Json EntryJson(const ProcedureRecord::Entry& entry) {
                {"clips", stage.clips},
                {"primitives", stage.primitives},
                {"evidence", EvidenceJson(entry.decision.evidence)}};
+  if (stage.samples > 0) json["samples"] = stage.samples;
   if (entry.finished) json["finished"] = FinishedJson(*entry.finished);
   if (entry.finished && entry.recovered) {
     json["finished"]["recovered"] = RecoveredJson(*entry.recovered);
@@ -79,6 +91,9 @@ absl::StatusOr<learner::Stage> StageOf(const Json& json) {
   stage.from = json.at("from").get<int>();
   stage.clips = json.at("clips").get<std::vector<std::string>>();
   stage.primitives = json.at("primitives").get<std::vector<int>>();
+  if (json.contains("samples")) {
+    stage.samples = json.at("samples").get<int64_t>();
+  }
   return stage;
 }
 
@@ -161,17 +176,20 @@ std::vector<learner::FinishedStage> ProcedureRecord::Finished() const {
   return finished;
 }
 
+bool ProcedureRecord::Decided() const {
+  return end.has_value() ||
+         (!stages.empty() &&
+          stages.back().decision.next->kind == learner::StageKind::kSingle);
+}
+
 std::string PrintProcedure(const ProcedureRecord& record) {
-  int64_t samples = 0;
-  double seconds = 0;
+  const std::vector<learner::FinishedStage> finished = record.Finished();
+  const learner::Cost cost = learner::CostOf(finished);
   Json decisions = Json::array();
   Json stages = Json::array();
   for (const ProcedureRecord::Entry& entry : record.stages) {
     decisions.push_back(entry.decision.reason);
     stages.push_back(EntryJson(entry));
-    if (!entry.finished) continue;
-    samples += entry.finished->samples;
-    seconds += entry.finished->train_seconds;
   }
   if (record.end) decisions.push_back(record.end->reason);
   Json json = {{"format_version", kVersion},
@@ -182,12 +200,15 @@ std::string PrintProcedure(const ProcedureRecord& record) {
                  {"trained_on", record.trained_on_clips},
                  {"left_out", record.left_out_clips}}},
                {"over", record.end.has_value()},
-               {"samples", samples},
-               {"train_seconds", seconds},
+               {"samples", cost.samples},
+               {"train_seconds", cost.train_seconds},
                {"decisions", decisions},
                {"stages", stages}};
   if (record.end) {
     json["end"] = {{"evidence", EvidenceJson(record.end->evidence)}};
+  }
+  if (const auto both = learner::Compare(finished)) {
+    json["comparison"] = ComparisonJson(record, *both);
   }
   return absl::StrCat(json.dump(2), "\n");
 }

@@ -22,19 +22,24 @@ namespace sinew::tools {
 //   clips            {library, trained_on, left_out}: how many
 //   over             whether the last decision ends the procedure
 //   samples, train_seconds
-//                    of all finished stages
+//                    of all finished stages but that of kind "single"
 //   decisions        a sentence for each stage, and one for the end
 //   end              of the last decision, if it ends the procedure: evidence
 //   stages           of each: directory (below the run), kind, primitive, from
 //                    (index of the stage whose weights it begins with, or -1),
 //                    clips (empty: all), primitives (of a composer: stages),
 //                    evidence {clips, hard, hard_before, hard_won, forgotten},
+//                    samples (of "single" alone: after how many it ends),
 //                    and, where it has ended, finished {end: "plateau" or
 //                    "samples", iterations, samples, train_seconds,
 //                    best_share and stalled (of its plateau), failed: clips
 //                    trained on that its last weights fail; recovered {starts,
 //                    within_3_s, within_5_s}: of fallen starts, where the stage
 //                    had some}
+//   comparison       once the single primitive has ended: procedure, single,
+//                    each {directory (of the stage whose weights count),
+//                    samples (that it took in all to get there), clips_failed
+//                    (of those trained on)}
 struct ProcedureRecord {
   // Fallen starts, and shares of them that stand and track again in time.
   struct Recovered {
@@ -62,6 +67,9 @@ struct ProcedureRecord {
 
   // Those that have ended: all, or all but the last.
   std::vector<learner::FinishedStage> Finished() const;
+  // Whether it is known what the procedure came to: it is over, or only the
+  // single primitive is still to end.
+  bool Decided() const;
 };
 
 // Both are pure. ParseProcedure: DATA_LOSS naming `source` and what is wrong

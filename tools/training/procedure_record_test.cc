@@ -15,7 +15,9 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 // One stage has ended, another is under way.
@@ -111,6 +113,92 @@ TEST(ProcedureRecord, KeepsWhyItIsOver) {
   EXPECT_EQ(found->end->reason, "nothing is left");
   EXPECT_EQ(found->end->evidence, record.end->evidence);
   EXPECT_EQ(found->end->next, std::nullopt);
+}
+
+// The hard stage, then the single primitive; samples: 192, 128, 128.
+ProcedureRecord MakeComparedRecord() {
+  ProcedureRecord record = MakeRecord();
+  ProcedureRecord::Entry& hard = record.stages[1];
+  hard.finished = learner::FinishedStage{.stage = *hard.decision.next,
+                                         .samples = 128,
+                                         .train_seconds = 1,
+                                         .failed = {"run"}};
+  ProcedureRecord::Entry& single = record.stages.emplace_back();
+  single.directory = "stages/02_single";
+  single.decision.next = learner::Stage{.kind = learner::StageKind::kSingle,
+                                        .primitive = 0,
+                                        .from = 0,
+                                        .clips = {},
+                                        .primitives = {},
+                                        .samples = 128};
+  single.decision.reason = "by itself";
+  single.finished = learner::FinishedStage{.stage = *single.decision.next,
+                                           .samples = 128,
+                                           .train_seconds = 4,
+                                           .failed = {}};
+  return record;
+}
+
+TEST(ProcedureRecord, HasTheProcedureBesideTheSinglePrimitive) {
+  const ProcedureRecord record = MakeComparedRecord();
+  const std::string text = PrintProcedure(record);
+
+  EXPECT_THAT(text, HasSubstr(R"(
+  "samples": 320,
+  "train_seconds": 2.5,
+)"));
+  EXPECT_THAT(text, HasSubstr(R"(
+  "comparison": {
+    "procedure": {
+      "directory": "stages/01_primitive_0_hard",
+      "samples": 320,
+      "clips_failed": 1
+    },
+    "single": {
+      "directory": "stages/02_single",
+      "samples": 320,
+      "clips_failed": 0
+    }
+  }
+)"));
+  const auto found = ParseProcedure(text, "file");
+  ASSERT_THAT(found, IsOk());
+  EXPECT_EQ(found->stages[2].decision.next, record.stages[2].decision.next);
+  EXPECT_EQ(PrintProcedure(*found), text);
+}
+
+// So one that was begun before there was one goes on.
+TEST(ProcedureRecord, SaysNothingOfASinglePrimitiveThatIsNotAskedFor) {
+  const std::string text = PrintProcedure(MakeRecord());
+
+  EXPECT_THAT(text, HasSubstr(R"(
+        "forgotten": 0
+      },
+      "finished": {
+)"));
+  EXPECT_THAT(text, EndsWith(R"(
+        "forgotten": 3
+      }
+    }
+  ]
+}
+)"));
+  const auto found = ParseProcedure(text, "file");
+  ASSERT_THAT(found, IsOk());
+  EXPECT_EQ(found->stages[1].decision.next->samples, 0);
+}
+
+TEST(ProcedureRecord, IsDecidedOnceOnlyTheSinglePrimitiveIsToEnd) {
+  ProcedureRecord record = MakeComparedRecord();
+  record.stages[2].finished.reset();
+  EXPECT_TRUE(record.Decided());
+
+  EXPECT_THAT(PrintProcedure(record), Not(HasSubstr("comparison")));
+  record.stages.pop_back();
+  EXPECT_FALSE(record.Decided());
+  record.end = learner::Decision();
+  EXPECT_TRUE(record.Decided());
+  EXPECT_FALSE(ProcedureRecord().Decided());
 }
 
 TEST(ProcedureRecord, RefusesWhatIsNone) {

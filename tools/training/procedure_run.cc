@@ -100,6 +100,8 @@ class ProcedureRun {
   // Those trained on that it does not win.
   absl::StatusOr<std::vector<std::string>> FailedClips(
       const EvaluationSummary& summary) const;
+  // The policy that the procedure came to becomes the run's.
+  absl::Status KeepResult() const;
   absl::Status End();
 
   const TrainingRun::Options& options_;
@@ -157,6 +159,10 @@ absl::StatusOr<bool> ProcedureRun::Decide() {
   if (index < record_.stages.size()) return true;
   const std::string directory =
       StageDirectory(*decision.next, static_cast<int>(index));
+  // Nothing that is still to come can change it.
+  if (decision.next->kind == learner::StageKind::kSingle) {
+    SINEW_RETURN_IF_ERROR(KeepResult());
+  }
   LogInfo("stage begins", {{"stage", directory}, {"reason", decision.reason}});
   record_.stages.push_back({.directory = directory,
                             .decision = std::move(decision),
@@ -283,14 +289,25 @@ absl::StatusOr<std::vector<std::string>> ProcedureRun::FailedClips(
   return failed;
 }
 
-absl::Status ProcedureRun::End() {
+absl::Status ProcedureRun::KeepResult() const {
   const int result = learner::ResultStage(record_.Finished());
   SINEW_RETURN_IF_ERROR(
       CopyFolder(StagePath(result, "bundle"), folder_->bundle()));
   SINEW_ASSIGN_OR_RETURN(const std::string evaluated,
                          ReadFile(StagePath(result, kEvaluation)));
-  SINEW_RETURN_IF_ERROR(
-      WriteFileAtomically(JoinPath(folder_->path(), kEvaluation), evaluated));
+  return WriteFileAtomically(JoinPath(folder_->path(), kEvaluation), evaluated);
+}
+
+absl::Status ProcedureRun::End() {
+  SINEW_RETURN_IF_ERROR(KeepResult());
+  if (const auto both = learner::Compare(record_.Finished())) {
+    LogInfo("the procedure beside a single primitive",
+            {{"clips", inputs_.trained_on.size()},
+             {"procedure_samples", both->procedure.samples},
+             {"procedure_failed", both->procedure.failed},
+             {"single_samples", both->single.samples},
+             {"single_failed", both->single.failed}});
+  }
   LogInfo("the procedure has ended", {{"reason", record_.end->reason}});
   return Save();
 }

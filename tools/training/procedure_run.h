@@ -48,6 +48,9 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
 //     many of kProcedureFallenStarts get up      -> procedure.json
 //   bundle and eval.json of the stage that it came to -> RUN
 //
+// The last comes before a single primitive that is there for comparison, which
+// has no part in it.
+//
 // What is interrupted anywhere, by a kill too, goes on with the next call and
 // ends with the same weights. options.minutes and iterations (or the recipe's)
 // bound all stages together and leave the rest to the next call.

@@ -13,6 +13,7 @@
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "common/workspace_files.h"
+#include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
 #include "tools/training/procedure_record.h"
 #include "tools/training/testing/procedure_rig.h"
@@ -150,6 +151,57 @@ TEST_F(ProcedureRunTest, GoesOnToTheSameEndWhereverItWasStopped) {
   }
 }
 
+TEST_F(ProcedureRunTest, TrainsASinglePrimitiveOnForAsManySamples) {
+  options_.recipe.mutable_procedure()->set_compare_single(true);
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  ASSERT_THAT(steps.trained(), SizeIs(6));
+  const TrainingRun::Options& single = steps.trained()[5];
+  const std::string first =
+      JoinPath(options_.directory, "stages/00_primitive_0");
+  EXPECT_EQ(single.init, JoinPath(first, "bundle"));
+  EXPECT_EQ(single.init_critic, JoinPath(first, "checkpoints"));
+  EXPECT_EQ(single.init_critic_iteration, 10);
+  EXPECT_THAT(single.primitives, IsEmpty());
+  EXPECT_EQ(single.recipe.max_iterations(), 13);  // 5 + 5 + 2 + 1
+  EXPECT_THAT(single.recipe.task().start().only_clips(), IsEmpty());
+  EXPECT_FALSE(single.recipe.has_plateau());
+  EXPECT_EQ(File("stages/05_single/eval.json"), "05_single");
+  // 23 iterations of 64 samples each. It wins more, and counts for nothing.
+  EXPECT_EQ(File("bundle/weights"), kComposed);
+  EXPECT_EQ(File("eval.json"), "04_composer");
+  const auto both = learner::Compare(Record().Finished());
+  ASSERT_TRUE(both.has_value());
+  EXPECT_EQ(both->procedure.stage, 4);
+  EXPECT_EQ(both->procedure.samples, 1472);
+  EXPECT_EQ(both->procedure.failed, 1);
+  EXPECT_EQ(both->single.samples, 1472);
+  EXPECT_EQ(both->single.failed, 0);
+  EXPECT_THAT(File("procedure.json"), HasSubstr("\"comparison\""));
+}
+
+TEST_F(ProcedureRunTest, HasItsPolicyWhileTheSinglePrimitiveIsUnderWay) {
+  MadeUpSteps straight;
+  options_.recipe.mutable_procedure()->set_compare_single(true);
+  ASSERT_THAT(Run(straight), IsOk());
+  const std::string expected = File("procedure.json");
+
+  // In its training, then in its evaluation.
+  for (int calls = 10; calls < 12; ++calls) {
+    UseRun(absl::StrCat("cut", calls));
+    MadeUpSteps first(calls), second;
+    ASSERT_THAT(Run(first), IsOk());
+    EXPECT_EQ(File("bundle/weights"), kComposed) << calls;
+    EXPECT_THAT(Record().Finished(), SizeIs(5)) << calls;
+    ASSERT_THAT(Run(second), IsOk());
+
+    EXPECT_EQ(File("bundle/weights"), kComposed) << calls;
+    EXPECT_EQ(File("procedure.json"), expected) << calls;
+  }
+}
+
 TEST_F(ProcedureRunTest, TrainsNothingOnceItIsOver) {
   MadeUpSteps first, second;
   ASSERT_THAT(Run(first), IsOk());
@@ -177,6 +229,18 @@ TEST_F(ProcedureRunTest, CountsIterationsOverAllStages) {
   EXPECT_EQ(File("bundle/weights"), kComposed);
 }
 
+TEST_F(ProcedureRunTest, CountsIterationsOfTheSinglePrimitiveToo) {
+  options_.recipe.mutable_procedure()->set_compare_single(true);
+  options_.iterations = 25;  // 23 of all others
+  MadeUpSteps steps;
+
+  ASSERT_THAT(Run(steps), IsOk());
+
+  ASSERT_THAT(steps.trained(), SizeIs(6));
+  EXPECT_EQ(steps.trained()[5].iterations, 2);
+  EXPECT_FALSE(Record().end.has_value());
+}
+
 TEST_F(ProcedureRunTest, CountsMinutesOverAllStages) {
   options_.minutes = 1.5;  // each stage takes one
   MadeUpSteps steps;
@@ -196,6 +260,8 @@ TEST(ShippedProcedures, HaveStagesThatMayAllBeRun) {
     ASSERT_THAT(path, IsOk());
     auto recipe = ParseRecipe(ReadFile(*path).value_or(""), *path);
     ASSERT_THAT(recipe, IsOk());
+    EXPECT_FALSE(recipe->procedure().compare_single());
+    recipe->mutable_procedure()->set_compare_single(true);
 
     EXPECT_THAT(learner::ValidateStages(WithDefaults(*std::move(recipe))),
                 IsOk());

@@ -46,7 +46,7 @@ absl::StatusOr<std::string> FolderToExport(const std::string& run) {
   SINEW_ASSIGN_OR_RETURN(const ProcedureRecord record,
                          ParseProcedure(text, file));
   const std::vector<learner::FinishedStage> finished = record.Finished();
-  if (record.end && !finished.empty()) {
+  if (record.Decided() && !finished.empty()) {
     return JoinPath(run,
                     record.stages[learner::ResultStage(finished)].directory);
   }

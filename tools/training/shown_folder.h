@@ -16,7 +16,8 @@ std::string FolderWithState(const std::string& run);  // a training state
 std::string FolderWithRows(const std::string& run);   // rows of metrics.jsonl
 
 // The folder of the run whose policy is exported: `run` itself or, of a
-// procedure that is over, the stage that it came to (learner::ResultStage).
+// procedure that is over, the stage that it came to (learner::ResultStage), for
+// which nobody waits for a single primitive beside it.
 //
 // Thread-safety: any thread. Blocking: on the disk. Errors:
 // FAILED_PRECONDITION: the procedure is not over, naming the stage to export

@@ -85,6 +85,17 @@ TEST(ShownFolder, ToExportIsARunOrTheStageThatAProcedureCameTo) {
               IsOkAndHolds(JoinPath(run, "stages/00_primitive_0")));
 }
 
+TEST(ShownFolder, ToExportWaitsForNoSinglePrimitive) {
+  ProcedureRecord record = TwoStages();
+  record.stages[0].finished = learner::FinishedStage();
+  record.stages[1].directory = "stages/01_single";
+  record.stages[1].decision.next->kind = learner::StageKind::kSingle;
+  WriteTestFile("run/procedure.json", PrintProcedure(record));
+
+  EXPECT_THAT(FolderToExport(TestPath("run")),
+              IsOkAndHolds(JoinPath(TestPath("run"), "stages/00_primitive_0")));
+}
+
 TEST(ShownFolder, ToExportIsNoProcedureThatIsNotOver) {
   const std::string run = TestPath("run");
   WriteTestFile("run/procedure.json", PrintProcedure(TwoStages()));

@@ -13,6 +13,7 @@
 #include "common/status_macros.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
+#include "learner/procedure/procedure.h"
 #include "learner/state/newest_state.h"
 #include "sim/motion/library.h"
 #include "tools/training/procedure_record.h"
@@ -123,12 +124,9 @@ absl::Status AddProcedure(const std::string& run, RunFacts* facts) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   SINEW_ASSIGN_OR_RETURN(const tools::ProcedureRecord record,
                          tools::ParseProcedure(text, path));
-  facts->samples = 0;
-  facts->train_seconds = 0;
-  for (const learner::FinishedStage& stage : record.Finished()) {
-    facts->samples += stage.samples;
-    facts->train_seconds += stage.train_seconds;
-  }
+  const learner::Cost cost = learner::CostOf(record.Finished());
+  facts->samples = cost.samples;
+  facts->train_seconds = cost.train_seconds;
   for (const tools::ProcedureRecord::Entry& entry : record.stages) {
     facts->decisions.push_back(entry.decision.reason);
   }

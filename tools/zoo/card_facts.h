@@ -30,7 +30,7 @@ struct RunFacts {
   uint64_t seed = 0;
   std::string cpu_class;  // CpuClass(); empty: unknown
   // Of metrics.jsonl; of a procedure, those of its newest stage but for
-  // samples and seconds, which are sums over its stages.
+  // samples and seconds, which are sums over its stages (learner::CostOf).
   int64_t cores = 0;
   int64_t samples = 0;
   double train_seconds = 0;

@@ -206,11 +206,13 @@ TEST_F(ModelCardTest, AddsUpWhatAProcedureTook) {
   recipe.set_name("toy_plus");
   recipe.set_seed(77);
   tools::ProcedureRecord record;
-  record.stages.resize(2);
-  for (size_t i = 0; i < 2; ++i) {
+  record.stages.resize(3);
+  for (size_t i = 0; i < 3; ++i) {
     tools::ProcedureRecord::Entry& stage = record.stages[i];
     stage.directory = absl::StrCat("stages/0", i);
     stage.decision.next = learner::Stage();
+    // The last is there for comparison and no part of what it took.
+    if (i == 2) stage.decision.next->kind = learner::StageKind::kSingle;
     stage.decision.reason = absl::StrCat("for reason ", i);
     stage.finished = learner::FinishedStage();
     stage.finished->stage = *stage.decision.next;

@@ -50,11 +50,12 @@ inline constexpr char kProcedureRecipe[] = R"(
 )";
 
 // Clips of the toy's library (turn, sway, tumble) that each stage wins. The
-// second primitive learns nothing of "tumble", so no third is grown.
+// second primitive learns nothing of "tumble", so no third is grown. A single
+// primitive, where one is asked for, wins more than all others.
 inline const std::map<std::string, std::set<int>> kWon = {
     {"00_primitive_0", {0}}, {"01_primitive_0_hard", {0, 1}},
     {"02_primitive_1", {1}}, {"03_recovery", {0}},
-    {"04_composer", {0, 1}},
+    {"04_composer", {0, 1}}, {"05_single", {0, 1, 2}},
 };
 
 inline constexpr char kComposed[] =
