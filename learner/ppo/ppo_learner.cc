@@ -327,9 +327,12 @@ absl::Status Ppo::InitFromPrimitives(absl::Span<const Primitive> primitives) {
   return BeginWith(own);
 }
 
-// With the normaliser's statistics as if from so many rows.
+// With the normaliser's statistics as if from so many rows, and at the least
+// rate that KL may choose: Adam's first steps are as long as the rate, whatever
+// the gradient is worth.
 absl::Status Ppo::BeginWith(const TensorMap& weights) {
   SINEW_RETURN_IF_ERROR(networks_->LoadWeights(weights));
+  if (recipe_.ppo().kl_target() > 0) adaptive_factor_ = kLeastRate;
   InheritNormalisers(weights, recipe_.ppo().inherited_rows(), running_.moments);
   has_primitives_ = true;
   return absl::OkStatus();

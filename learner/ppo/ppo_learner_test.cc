@@ -134,6 +134,18 @@ TEST(PpoLearner, AdaptsThePolicyLearningRateToKl) {
   EXPECT_NEAR(last.value_learning_rate, 3e-3, 1e-9);
 }
 
+TEST(PpoLearner, BeginsAtTheLeastRateWithWhatHasLearnt) {
+  const auto learnt = MakeLearner(MakeRecipe());
+  const auto first_rate = [&](const std::string& ppo) {
+    const auto learner = MakeLearner(MakeRecipe(ppo));
+    EXPECT_THAT(learner->InitFrom(learnt->weights()), IsOk());
+    return UpdateOnce(*learner, 0).policy_learning_rate;
+  };
+
+  EXPECT_NEAR(first_rate("ppo { kl_target: 0.01 }"), 3e-4, 1e-9);
+  EXPECT_NEAR(first_rate(""), 3e-3, 1e-9);
+}
+
 TEST(PpoLearner, TheValueNetworkLearnsAloneAtFirst) {
   const auto learner = MakeLearner(
       MakeRecipe("ppo { value_warmup_iterations: 2 kl_target: 1e3 }"));
