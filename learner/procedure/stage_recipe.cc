@@ -1,7 +1,9 @@
 #include "learner/procedure/stage_recipe.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,25 +43,46 @@ int64_t IterationsOf(int64_t samples, const v1::Rollouts& rollouts) {
                   int64_t{rollouts.environments()} * rollouts.horizon());
 }
 
-// Larger iterations of as many minibatches, for all clips of a hard set.
-// Evaluations are some samples apart, not some iterations.
-void Enlarge(int64_t clips, const v1::Procedure& procedure,
-             v1::Recipe& recipe) {
+// Of the starts of a stage on some clips, what the others get.
+double OtherClipsShare(const Stage& stage, const v1::Procedure& procedure) {
+  return stage.kind == StageKind::kHard ? procedure.rehearsal_share() : 0;
+}
+
+// How many times as large the iterations of a stage on a hard set are.
+int64_t Enlargement(const Stage& stage, const v1::Recipe& recipe) {
+  const double asked = static_cast<double>(stage.clips.size()) *
+                       recipe.procedure().environments_per_clip() /
+                       (1 - OtherClipsShare(stage, recipe.procedure()));
   const int32_t environments = recipe.rollouts().environments();
-  const int64_t factor = std::min<int64_t>(
-      DivideUp(clips * procedure.environments_per_clip(), environments),
-      kMostEnvironments / environments);
-  if (factor <= 1) return;
-  const auto times = [factor](int32_t value) {
-    return static_cast<int32_t>(factor * value);
+  return std::clamp<int64_t>(
+      static_cast<int64_t>(
+          std::ceil(std::min<double>(asked, kMostEnvironments) / environments)),
+      1,
+      std::min(kMostEnvironments / environments,
+               std::numeric_limits<int32_t>::max() / recipe.ppo().minibatch()));
+}
+
+// Larger iterations of as many minibatches. Evaluations and checkpoints are
+// some samples apart, not some iterations.
+void Enlarge(int64_t factor, v1::Recipe& recipe) {
+  v1::Rollouts& rollouts = *recipe.mutable_rollouts();
+  rollouts.set_environments(
+      static_cast<int32_t>(factor * rollouts.environments()));
+  rollouts.set_replay_bytes(factor > std::numeric_limits<int64_t>::max() /
+                                         rollouts.replay_bytes()
+                                ? std::numeric_limits<int64_t>::max()
+                                : factor * rollouts.replay_bytes());
+  v1::Ppo& ppo = *recipe.mutable_ppo();
+  ppo.set_minibatch(static_cast<int32_t>(factor * ppo.minibatch()));
+  const auto part = [factor](int32_t interval, int32_t least) {
+    return std::max(least, static_cast<int32_t>(interval / factor));
   };
-  recipe.mutable_rollouts()->set_environments(times(environments));
-  recipe.mutable_ppo()->set_minibatch(times(recipe.ppo().minibatch()));
   v1::Evaluation& evaluation = *recipe.mutable_evaluation();
-  if (evaluation.interval() == 0) return;
-  evaluation.set_interval(
-      std::max<int32_t>(evaluation.delay(),
-                        static_cast<int32_t>(evaluation.interval() / factor)));
+  if (evaluation.interval() > 0) {
+    evaluation.set_interval(part(evaluation.interval(), evaluation.delay()));
+  }
+  v1::Checkpointing& checkpointing = *recipe.mutable_checkpointing();
+  checkpointing.set_interval(part(checkpointing.interval(), 1));
 }
 
 void SetComposer(const v1::Procedure& procedure, int primitives,
@@ -100,8 +123,7 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   derived.set_max_minutes(0);
   const int64_t samples = SamplesOf(recipe.procedure(), stage);
   if (IsOnHardSet(stage.kind)) {
-    Enlarge(static_cast<int64_t>(stage.clips.size()), recipe.procedure(),
-            derived);
+    Enlarge(Enlargement(stage, recipe), derived);
   }
   derived.set_max_iterations(IterationsOf(samples, derived.rollouts()));
   derived.set_seed(recipe.seed() + kSeedStep * static_cast<uint64_t>(index));
@@ -111,9 +133,7 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   if (!stage.clips.empty()) {
     v1::Start& start = *derived.mutable_task()->mutable_start();
     *start.mutable_only_clips() = {stage.clips.begin(), stage.clips.end()};
-    start.set_other_clips_share(stage.kind == StageKind::kHard
-                                    ? recipe.procedure().rehearsal_share()
-                                    : 0);
+    start.set_other_clips_share(OtherClipsShare(stage, recipe.procedure()));
   }
   const bool recovers = Recovers(recipe, stage.kind);
   const bool single = stage.kind == StageKind::kSingle;

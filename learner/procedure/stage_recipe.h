@@ -15,9 +15,10 @@ namespace sinew::learner {
 //   seed                    another one for each stage; the first has the
 //                           procedure's, so it is the run of the same recipe
 //   name                    NAME_STAGE, if there is one
-//   rollouts.environments, ppo.minibatch   in kHard and kGrown larger, by the
-//                           procedure's environments_per_clip, and
-//                           evaluation.interval is as many times smaller
+//   rollouts.environments, ppo.minibatch, rollouts.replay_bytes   in kHard and
+//                           kGrown larger, by the procedure's
+//                           environments_per_clip; evaluation.interval and
+//                           checkpointing.interval are as many times smaller
 //   start.only_clips        the stage's clips, if it has some
 //   task.recovery           in kRecovery and kComposer only, and only if there
 //                           is a recovery primitive; no width changes

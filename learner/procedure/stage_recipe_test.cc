@@ -214,8 +214,15 @@ TEST(StageRecipe, GivesEveryClipOfAHardSetItsEnvironments) {
   EXPECT_EQ(found.rollouts().environments(), 48);  // for 36
   EXPECT_EQ(found.ppo().minibatch(), 240);
   EXPECT_EQ(found.evaluation().interval(), 1);
+  EXPECT_EQ(found.rollouts().replay_bytes(), 3 * (256 << 20));
+  EXPECT_EQ(found.checkpointing().interval(), 6);  // of 20
   EXPECT_EQ(found.max_iterations(), 4);  // 1600 / (48 * 10), rounded up
   EXPECT_THAT(ValidateRecipe(found), IsOk());
+
+  // Beside as many again as a third of them, for what is rehearsed.
+  recipe.mutable_procedure()->set_environments_per_clip(13);
+  recipe.mutable_procedure()->set_rehearsal_share(0.25);
+  EXPECT_EQ(StageRecipe(recipe, stage, 1).rollouts().environments(), 64);
 
   stage.kind = StageKind::kFull;
   EXPECT_EQ(StageRecipe(recipe, stage, 0).rollouts().environments(), 16);

@@ -1,6 +1,7 @@
 #ifndef SINEW_LEARNER_UPDATE_WIDENING_H_
 #define SINEW_LEARNER_UPDATE_WIDENING_H_
 
+#include <functional>
 #include <set>
 #include <string>
 

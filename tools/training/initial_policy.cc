@@ -120,11 +120,14 @@ v1::Node Anonymous(const v1::Node& node, bool last) {
   return copy;
 }
 
+// Whether layers may be narrower than the run's, which widens them then.
+enum class Widths { kSame, kAtMost };
+
 // Whether graph `name` computes the same in both, weights, exploration and
 // layers that are narrower in `found` apart; `field` of the recipe decides on
 // it.
 absl::Status SameGraph(const std::string& name, const std::string& field,
-                       const v1::PolicyGraph& expected,
+                       Widths widths, const v1::PolicyGraph& expected,
                        const v1::PolicyGraph& found) {
   SINEW_ASSIGN_OR_RETURN(const v1::Graph* want,
                          policy::FindGraph(expected, name));
@@ -145,22 +148,25 @@ absl::Status SameGraph(const std::string& name, const std::string& field,
     for (const std::string& parameter : node.parameters()) {
       const std::vector<int64_t> wide = ShapeOf(expected, parameter);
       const std::vector<int64_t> narrow = ShapeOf(found, parameter);
-      if (FitsInto(narrow, wide)) continue;
+      const bool same = widths == Widths::kSame;
+      if (same ? narrow == wide : FitsInto(narrow, wide)) continue;
       return Unfit(
           absl::StrCat("parameter ", parameter, " (", field, "): shape"),
-          absl::StrCat("at most ", Describe(wide)), Describe(narrow));
+          absl::StrCat(same ? "" : "at most ", Describe(wide)),
+          Describe(narrow));
     }
   }
   return absl::OkStatus();
 }
 
 // The same of what is trained: the prior is not part of the policy.
-absl::Status SameNetwork(const v1::PolicyGraph& expected,
+absl::Status SameNetwork(Widths widths, const v1::PolicyGraph& expected,
                          const v1::PolicyGraph& found) {
   SINEW_RETURN_IF_ERROR(
-      SameGraph("policy", "network.policy_hidden", expected, found));
+      SameGraph("policy", "network.policy_hidden", widths, expected, found));
   if (!policy::FindGraph(expected, "prior").ok()) return absl::OkStatus();
-  return SameGraph("prior", "network.latent.prior_hidden", expected, found);
+  return SameGraph("prior", "network.latent.prior_hidden", widths, expected,
+                   found);
 }
 
 bool IsComposer(const v1::PolicyGraph& graph) {
@@ -183,7 +189,7 @@ absl::Status CheckPrimitive(const bundle::Bundle& bundle,
   options.network.clear_composer();
   SINEW_ASSIGN_OR_RETURN(const v1::PolicyGraph alone,
                          policy::BuildTrackingPolicy(options));
-  return SameNetwork(alone, bundle.graph);
+  return SameNetwork(Widths::kSame, alone, bundle.graph);
 }
 
 absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
@@ -193,8 +199,8 @@ absl::Status TakeInit(const InitialPolicy& policy, const v1::Recipe& recipe,
                          bundle::ReadBundle(directory));
   SINEW_RETURN_IF_ERROR(
       WithContext(CheckTask(bundle, recipe, setup), directory));
-  SINEW_RETURN_IF_ERROR(
-      WithContext(SameNetwork(learner.graph(), bundle.graph), directory));
+  SINEW_RETURN_IF_ERROR(WithContext(
+      SameNetwork(Widths::kAtMost, learner.graph(), bundle.graph), directory));
   TensorMap weights = bundle.weights;
   weights.insert(policy.critic.begin(), policy.critic.end());
   SINEW_RETURN_IF_ERROR(WithContext(learner.InitFrom(weights), directory));

@@ -251,11 +251,10 @@ TEST(InitialPolicy, NamesBundleAndFieldOfAPrimitiveThatDoesNotFit) {
        "node clipped"},
       {"width",
        [](v1::Recipe& r) { r.mutable_network()->set_policy_hidden(0, 9); },
-       "network.policy_hidden): shape: expected at most [8, 68], "
-       "found [9, 68]"},
+       "network.policy_hidden): shape: expected [8, 68], found [9, 68]"},
       {"narrower",
        [](v1::Recipe& r) { r.mutable_network()->set_policy_hidden(0, 7); },
-       "tensor policy/linear_0/bias: expected shape [8], found shape [7]"},
+       "network.policy_hidden): shape: expected [8, 68], found [7, 68]"},
       {"depth",
        [](v1::Recipe& r) { r.mutable_network()->add_policy_hidden(8); },
        "network.policy_hidden): expected"},

@@ -100,13 +100,13 @@ absl::Status TrainingRun::RunIteration() {
   SINEW_ASSIGN_OR_RETURN(const learner::IterationReport report,
                          trainer_->RunIteration());
   Account(report);
-  // Actors work while this process writes.
-  if (!IsDone() && !stop_.stop_requested()) {
-    SINEW_RETURN_IF_ERROR(trainer_->BeginNext());
-  }
   if (report.evaluation) {
     metrics_ =
         MakeBundleMetrics(*report.evaluation, report.evaluated_iteration);
+  }
+  // Actors work while this process writes.
+  if (!IsDone() && !stop_.stop_requested()) {
+    SINEW_RETURN_IF_ERROR(trainer_->BeginNext());
   }
   KeepBest(report);
   Tell(report);
