@@ -181,8 +181,8 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"procedure.rehearsal_share=1"},
                   "procedure.rehearsal_share: expected [0, 1), found 1"},
         Violation{{"procedure.environments_per_clip=-1"},
-                  "procedure.environments_per_clip: expected [0, 1048576], "
-                  "found -1"},
+                  "procedure.environments_per_clip: expected within [0, "
+                  "1048576], found -1"},
         Violation{{"network.composer.primitives=3"},
                   "network.composer: expected unset, since the procedure makes "
                   "its composer itself, found \"set\""}));
