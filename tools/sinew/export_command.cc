@@ -51,7 +51,6 @@ absl::Status ExportLatest(const ExportOptions& options,
   result.samples = counters.samples();
   result.train_seconds = counters.train_seconds();
   result.build = counters.build();
-  if (counters.has_metrics()) result.metrics = counters.metrics();
   return bundle::ExportRun(options.run, result, options.out);
 }
 
