@@ -40,6 +40,10 @@ void UseOneThread() {
     } catch (const c10::Error&) {
       // Somebody started libtorch's other pool before: nothing here uses it.
     }
+    // exp, log, sqrt and tanh are MKL's, which finds out in its first call what
+    // CPU this is: a thread that calls meanwhile gets numbers of another
+    // kernel, 1e-4 off (pytorch issue 188792). So that call is made here.
+    at::exp(at::zeros({1}, at::kFloat));
   });
   at::set_num_threads(1);
   at::globalContext().setFlushDenormal(true);

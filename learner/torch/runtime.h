@@ -13,9 +13,11 @@ namespace sinew::learner {
 // Thread-safety: any thread. Blocking: PlainMatmulFlops computes for about a
 // second. Errors: as said.
 
-// Every operation of the calling thread runs on that thread alone, and numbers
-// too small for a normal float32 count as zero. Call it first thing in each
-// thread that computes.
+// Every operation of the calling thread runs on that thread alone, numbers too
+// small for a normal float32 count as zero, and results do not depend on what
+// other threads do at that moment: what libtorch finds out about the CPU at its
+// first call has been found out. Call it first thing in each thread that
+// computes.
 void UseOneThread();
 
 // OK for "", "cpu", and for "cuda" if this build of libtorch has it and there

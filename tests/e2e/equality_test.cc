@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/files.h"
 #include "common/testing/matchers.h"
+#include "deploy/bundle/bundle.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
@@ -38,6 +41,25 @@ TEST(EqualityTest, ARunThatStoppedAndWentOnEqualsOneThatDidNot) {
 
   EXPECT_EQ(rig.FingerprintOf("halves"), expected);
   EXPECT_EQ(rig.Rows("halves"), kIterations);
+}
+
+// The rig evaluates every second iteration, which takes effect after the next
+// one: so the evaluation of 2 is the latest one after 3 and after 4.
+TEST(EqualityTest, TheLastBundleSaysTheLatestMetricsWhicheverSessionMadeThem) {
+  const TrainingRig rig;
+  rig.MustRun("straight", rig.Train("straight", 4));
+  rig.MustRun("first", rig.Train("halves", 3));
+  rig.MustRun("second", rig.Train("halves", 4));
+
+  const auto metrics = [&rig](const std::string& run) {
+    const auto bundle = bundle::ReadBundle(JoinPath(rig.Path(run), "bundle"));
+    EXPECT_THAT(bundle, IsOk());
+    return bundle.ok() ? bundle->manifest.metrics() : v1::BundleMetrics();
+  };
+  EXPECT_EQ(metrics("straight").iteration(), 2);
+  EXPECT_GT(metrics("straight").starts(), 0);
+  EXPECT_EQ(metrics("halves").SerializeAsString(),
+            metrics("straight").SerializeAsString());
 }
 
 TEST(EqualityTest, AKilledRunThatWentOnEqualsOneThatWasNotKilled) {

@@ -45,13 +45,14 @@ absl::Status ExportLatest(const ExportOptions& options,
                      state->counters.iteration(), ", found none"));
   }
   const v1::TrainingState& counters = state->counters;
-  return bundle::ExportRun(options.run,
-                           {.snapshot = state->snapshots.back(),
-                            .iterations = counters.iteration(),
-                            .samples = counters.samples(),
-                            .train_seconds = counters.train_seconds(),
-                            .build = counters.build()},
-                           options.out);
+  bundle::RunResult result;
+  result.snapshot = state->snapshots.back();
+  result.iterations = counters.iteration();
+  result.samples = counters.samples();
+  result.train_seconds = counters.train_seconds();
+  result.build = counters.build();
+  if (counters.has_metrics()) result.metrics = counters.metrics();
+  return bundle::ExportRun(options.run, result, options.out);
 }
 
 // Whether the best policy was found on the library that the run now has.

@@ -9,7 +9,8 @@
 namespace sinew::tools {
 
 // What a bundle says of its policy: an evaluation of the snapshot made after
-// `iteration`. Pure.
+// `iteration`, which in a run's last bundle is some iterations older than the
+// bundle's weights. Pure.
 v1::BundleMetrics MakeBundleMetrics(const EvaluationSummary& summary,
                                     int64_t iteration);
 

@@ -14,6 +14,7 @@
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
 #include "proto/sinew/v1/training_state.pb.h"
+#include "tools/training/bundle_metrics.h"
 #include "tools/training/process_cpu.h"
 
 namespace sinew::tools {
@@ -99,6 +100,10 @@ absl::Status TrainingRun::RunIteration() {
   SINEW_ASSIGN_OR_RETURN(const learner::IterationReport report,
                          trainer_->RunIteration());
   Account(report);
+  if (report.evaluation) {
+    metrics_ =
+        MakeBundleMetrics(*report.evaluation, report.evaluated_iteration);
+  }
   // Actors work while this process writes.
   if (!IsDone() && !stop_.stop_requested()) {
     SINEW_RETURN_IF_ERROR(trainer_->BeginNext());
@@ -193,6 +198,7 @@ learner::Trainer::State TrainingRun::State() const {
   state.counters.set_cpu_class(CpuClass());
   state.counters.set_wall_seconds(figures_.seconds.wall);
   state.counters.set_train_seconds(figures_.seconds.train);
+  if (metrics_) *state.counters.mutable_metrics() = *metrics_;
   return state;
 }
 
@@ -247,6 +253,7 @@ absl::Status TrainingRun::Export() const {
   last.samples = trainer_->samples();
   last.train_seconds = figures_.seconds.train;
   last.build = BuildIdentity();
+  last.metrics = metrics_;
   SINEW_RETURN_IF_ERROR(
       bundle::ExportRun(folder_->path(), last, folder_->bundle()));
   if (!best_->best()) {

@@ -19,6 +19,7 @@
 #include "learner/experience/service_experience.h"
 #include "learner/state/state_saver.h"
 #include "learner/trainer/trainer.h"
+#include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/run.pb.h"
 #include "tools/training/best_policy.h"
@@ -199,6 +200,8 @@ class TrainingRun {
 
   RunFigures figures_;
   std::string evaluation_;  // latest, as text
+  // Of the latest evaluation that has taken effect, in any session.
+  std::optional<v1::BundleMetrics> metrics_;
   int64_t saved_iteration_ = -1;
   bool save_is_due_ = false;
   // Marks of the latest row.

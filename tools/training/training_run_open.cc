@@ -275,6 +275,7 @@ absl::Status TrainingRun::Restore() {
   if (migrates_) return Migrate();
   SINEW_RETURN_IF_ERROR(trainer_->Restore(*state_));
   saved_iteration_ = trainer_->iteration();
+  if (counters.has_metrics()) metrics_ = counters.metrics();
   for (size_t i = 0; i < state_->snapshots.size(); ++i) {
     best_->Remember(counters.snapshots(static_cast<int>(i)).version(),
                     std::make_shared<const std::string>(state_->snapshots[i]),
