@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/build_info.h"
 #include "common/cpu.h"
+#include "common/finite.h"
 #include "common/status_macros.h"
 #include "teacher/client/rows.h"
 
@@ -149,21 +150,24 @@ absl::Status LocalAnnotator::RunRows(Workspace& workspace, const Rows& rows,
               rows.observations.data() + first * observation,
               count * observation * sizeof(float));
   executor.Run(static_cast<int>(count));
-  const absl::Span<const float> actions = executor.tap(workspace.action);
+  const absl::Span<const float> actions =
+      executor.tap(workspace.action).first(count * action);
+  const absl::Span<double> block =
+      targets.subspan(first * action, count * action);
   for (int64_t r = 0; r < count; ++r) {
-    const absl::Span<double> target =
-        targets.subspan((first + r) * action, action);
-    const absl::Span<const float> mean = actions.subspan(r * action, action);
-    law_.Target(rows.bases.subspan((first + r) * action, action), mean, target);
-    for (int64_t j = 0; j < action; ++j) {
-      if (std::isfinite(mean[j]) && std::isfinite(target[j])) continue;
-      return absl::InternalError(absl::StrCat(
-          "teacher ", description_.bundle_sha256(), ": row ", first + r,
-          ", joint ", j, ": expected a finite target, found action ", mean[j],
-          ", target ", target[j]));
-    }
+    law_.Target(rows.bases.subspan((first + r) * action, action),
+                actions.subspan(r * action, action),
+                block.subspan(r * action, action));
   }
-  return absl::OkStatus();
+  if (AllFinite32(Bytes(actions)) && AllFinite64(Bytes<double>(block))) {
+    return absl::OkStatus();
+  }
+  int64_t i = 0;
+  while (std::isfinite(actions[i]) && std::isfinite(block[i])) ++i;
+  return absl::InternalError(absl::StrCat(
+      "teacher ", description_.bundle_sha256(), ": row ", first + i / action,
+      ", joint ", i % action, ": expected a finite target, found action ",
+      actions[i], ", target ", block[i]));
 }
 
 }  // namespace sinew::teacher

@@ -18,6 +18,9 @@ struct Rows {
   // [R], column clip, by the run's library; or empty. What a single teacher
   // says does not depend on it.
   absl::Span<const int32_t> clips = {};
+  // Whether somebody has seen already that all numbers are finite, so that
+  // nobody need look again.
+  bool known_finite = false;
 };
 
 // A teacher: from observations to the joint targets that it would ask for.

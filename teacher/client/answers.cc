@@ -37,6 +37,15 @@ absl::Status Read(const std::string& peer, const char* field,
       peer, CheckFiniteRows(field, absl::Span<const double>(to), width));
 }
 
+// Of an answer: what the teacher is.
+absl::Status CheckSame(const std::string& peer, const char* field,
+                       const std::string& expected, const std::string& found) {
+  if (found == expected) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat(peer, ": ", field, ": expected ", expected,
+                   " as the run's teacher has, found ", found));
+}
+
 absl::Status CheckRange(const std::string& peer, const char* field, int64_t low,
                         int64_t high, int64_t found) {
   if (found >= low && found <= high) return absl::OkStatus();
@@ -65,6 +74,10 @@ absl::Status ReadAnswer(const v1::DescribeTeacherResponse& teacher,
                         const v1::AnnotateResponse& answer,
                         const std::string& peer, absl::Span<double> targets,
                         absl::Span<double> spread) {
+  SINEW_RETURN_IF_ERROR(
+      CheckSame(peer, "build", teacher.build(), answer.build()));
+  SINEW_RETURN_IF_ERROR(
+      CheckSame(peer, "CPU class", teacher.cpu_class(), answer.cpu_class()));
   const int64_t width = teacher.action_width();
   SINEW_RETURN_IF_ERROR(
       Read(peer, "targets", answer.targets(), width, targets));

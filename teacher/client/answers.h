@@ -17,9 +17,10 @@ namespace sinew::teacher {
 v1::AnnotateRequest MakeRequest(const v1::DescribeTeacherResponse& teacher,
                                 const Rows& rows, int64_t first, int64_t count);
 
-// Puts the answer to `count` rows into `targets` and `spread` [A]. DATA_LOSS:
-// sizes that do not fit, numbers that are not finite, negative spread; nothing
-// of the two means anything then.
+// Puts the answer to `count` rows into `targets` and `spread` [A]; nothing of
+// the two means anything on errors. FAILED_PRECONDITION: of another build or
+// CPU class than the teacher's. DATA_LOSS: sizes that do not fit, numbers that
+// are not finite, negative spread.
 absl::Status ReadAnswer(const v1::DescribeTeacherResponse& teacher,
                         const v1::AnnotateResponse& answer,
                         const std::string& peer, absl::Span<double> targets,

@@ -173,7 +173,8 @@ TEST_F(IntroductionsTest, LeavesOutAReplicaThatHasBecomeAnother) {
   ASSERT_THAT(Annotate(**annotator), IsOk());
 
   EXPECT_EQ(targets_, expected_);
-  EXPECT_EQ(b.calls(), 1);  // the sample row
+  // The sample row, and what was on its way when the first answer came.
+  EXPECT_LE(b.calls(), 1 + options_.calls_in_flight);
   a.SetDescription(description);
   EXPECT_THAT(Annotate(**annotator),
               StatusIs(absl::StatusCode::kFailedPrecondition,

@@ -60,8 +60,8 @@ class RemoteAnnotator final : public Annotator {
   // Serves one replica until the queue has no more for it.
   void Work(int replica, const Batch& batch, PartQueue& queue,
             const std::stop_token& cancel);
-  // Whether the replica is the teacher; of one that has not introduced itself
-  // yet, or has been away, as at the beginning.
+  // Whether a replica that has not introduced itself yet, or has been away, is
+  // the teacher. Later its answers say so.
   absl::Status Verify(int replica, const std::stop_token& cancel);
   absl::Status Ask(const Replica& replica, const Batch& batch, int64_t part,
                    const std::stop_token& cancel) const;
@@ -77,7 +77,7 @@ class RemoteAnnotator final : public Annotator {
 absl::Status RemoteAnnotator::Annotate(const Rows& rows,
                                        absl::Span<double> targets) {
   SINEW_ASSIGN_OR_RETURN(const int64_t count,
-                         CheckRows(description(), rows, targets));
+                         CountRows(description(), rows, targets));
   if (count == 0) return absl::OkStatus();
   const auto replicas = static_cast<int64_t>(replicas_.size());
   const int64_t most =
@@ -110,12 +110,10 @@ absl::Status RemoteAnnotator::Annotate(const Rows& rows,
 
 void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
                            const std::stop_token& cancel) {
-  bool verified = false;
   while (const std::optional<int64_t> part = queue.Take(replica)) {
-    verified = verified && introduced_[replica];
-    absl::Status status = verified ? absl::OkStatus() : Verify(replica, cancel);
+    absl::Status status =
+        introduced_[replica] ? absl::OkStatus() : Verify(replica, cancel);
     if (status.ok()) status = Ask(*replicas_[replica], batch, *part, cancel);
-    verified = status.ok();
     if (status.ok()) {
       queue.Done(replica);
     } else {
@@ -131,19 +129,10 @@ void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
 absl::Status RemoteAnnotator::Verify(int replica,
                                      const std::stop_token& cancel) {
   const Replica& one = *replicas_[replica];
-  Introduction found;
-  absl::Status status;
-  const bool known = introduced_[replica];
-  if (known) {
-    SINEW_ASSIGN_OR_RETURN(found.description,
-                           one.Describe({}, options_.call_timeout, cancel));
-    status = CheckAlike(description(), kTeacher, found.description, one.peer());
-  } else {
-    SINEW_ASSIGN_OR_RETURN(
-        found,
-        Introduce(one, [this] { return options_.call_timeout; }, cancel));
-    status = CheckSameTeacher(teacher_, kTeacher, found, one.peer());
-  }
+  SINEW_ASSIGN_OR_RETURN(
+      const Introduction found,
+      Introduce(one, [this] { return options_.call_timeout; }, cancel));
+  absl::Status status = CheckSameTeacher(teacher_, kTeacher, found, one.peer());
   if (status.ok() && found.description.max_rows() < description().max_rows()) {
     status = absl::FailedPreconditionError(
         absl::StrCat(one.peer(), ": max_rows: expected ",
@@ -151,7 +140,7 @@ absl::Status RemoteAnnotator::Verify(int replica,
                      " has, found ", found.description.max_rows()));
   }
   if (status.ok()) {
-    if (!known && !introduced_[replica].exchange(true)) {
+    if (!introduced_[replica].exchange(true)) {
       LogInfo("a teacher has come", {{"peer", one.peer()}});
     }
   } else if (!warned_[replica].exchange(true)) {
@@ -166,6 +155,7 @@ absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
   const int64_t first = part * batch.part_rows;
   const int64_t count = std::min(batch.part_rows, batch.count - first);
   const int64_t width = description().action_width();
+  SINEW_RETURN_IF_ERROR(CheckFinite(description(), batch.rows, first, count));
   SINEW_ASSIGN_OR_RETURN(
       const v1::AnnotateResponse answer,
       replica.Annotate(MakeRequest(description(), batch.rows, first, count),

@@ -115,6 +115,28 @@ TEST_F(RemoteAnnotatorTest, NeverUsesNumbersThatAreNotFinite) {
   EXPECT_EQ(targets_, expected_);
 }
 
+// Another build may answer with other bits, and needs no failing call to come
+// to an address.
+TEST_F(RemoteAnnotatorTest, NeverUsesAnswersOfAnotherBuildThatHasComeQuietly) {
+  std::atomic<bool> other = false;
+  FakeTeacher& a =
+      Add([&](int, grpc::ServerContext&, v1::AnnotateResponse& response) {
+        if (other) response.mutable_targets()->assign(16 * 8, '\1');
+        return grpc::Status::OK;
+      });
+  Add();
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  v1::DescribeTeacherResponse description = FakeTeacher::DefaultDescription();
+  description.set_build("another");
+  a.SetDescription(description);
+  other = true;
+
+  ASSERT_THAT(Annotate(**annotator), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+}
+
 TEST_F(RemoteAnnotatorTest, EndsWhenEveryAnswerIsWrong) {
   Add([](int call, grpc::ServerContext&, v1::AnnotateResponse& response) {
     if (call > 0) response.mutable_targets()->pop_back();
@@ -189,6 +211,24 @@ TEST_F(RemoteAnnotatorTest, EndsWhenStopped) {
   options_.stop = stop_.get_token();
 
   EXPECT_THAT(Annotate(), StatusIs(absl::StatusCode::kCancelled));
+}
+
+TEST_F(RemoteAnnotatorTest,
+       NamesTheFirstNumberThatIsNotFiniteAndSendsItNowhere) {
+  FakeTeacher& a = Add();
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  observations_[3 * 4 + 1] = std::numeric_limits<float>::infinity();
+  // 8 rows a call: the first and the last of 7 calls have one.
+  observations_[3 * 49] = std::numeric_limits<float>::quiet_NaN();
+  bases_[2 * 49] = std::numeric_limits<double>::quiet_NaN();
+
+  EXPECT_THAT(
+      Annotate(**annotator),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("observations: expected finite numbers, found inf in "
+                         "row 4, column 1")));
+  EXPECT_LE(a.calls(), 1 + 5);  // the sample row; calls that have none
 }
 
 TEST_F(RemoteAnnotatorTest, RefusesOptionsThatMakeNoSense) {

@@ -10,12 +10,6 @@
 namespace sinew::teacher {
 namespace {
 
-template <typename T>
-absl::string_view Bytes(absl::Span<const T> values) {
-  return {reinterpret_cast<const char*>(values.data()),
-          values.size() * sizeof(T)};
-}
-
 // Names the number that AllFinite has found.
 template <typename T>
 absl::Status NotFinite(absl::string_view name, absl::Span<const T> values,
@@ -46,7 +40,7 @@ absl::Status CheckFiniteRows(absl::string_view name,
   return NotFinite(name, values, width);
 }
 
-absl::StatusOr<int64_t> CheckRows(const v1::DescribeTeacherResponse& teacher,
+absl::StatusOr<int64_t> CountRows(const v1::DescribeTeacherResponse& teacher,
                                   const Rows& rows,
                                   absl::Span<const double> targets) {
   const int64_t observation = teacher.observation_width();
@@ -65,9 +59,30 @@ absl::StatusOr<int64_t> CheckRows(const v1::DescribeTeacherResponse& teacher,
   if (targets.size() != expected) {
     return WrongSize("targets", expected, targets.size());
   }
+  return count;
+}
+
+absl::Status CheckFinite(const v1::DescribeTeacherResponse& teacher,
+                         const Rows& rows, int64_t first, int64_t count) {
+  if (rows.known_finite) return absl::OkStatus();
+  const int64_t observation = teacher.observation_width();
+  const int64_t action = teacher.action_width();
+  if (AllFinite32(Bytes(rows.observations.subspan(first * observation,
+                                                  count * observation))) &&
+      AllFinite64(Bytes(rows.bases.subspan(first * action, count * action)))) {
+    return absl::OkStatus();
+  }
   SINEW_RETURN_IF_ERROR(
       CheckFiniteRows("observations", rows.observations, observation));
-  SINEW_RETURN_IF_ERROR(CheckFiniteRows("bases", rows.bases, action));
+  return CheckFiniteRows("bases", rows.bases, action);
+}
+
+absl::StatusOr<int64_t> CheckRows(const v1::DescribeTeacherResponse& teacher,
+                                  const Rows& rows,
+                                  absl::Span<const double> targets) {
+  SINEW_ASSIGN_OR_RETURN(const int64_t count,
+                         CountRows(teacher, rows, targets));
+  SINEW_RETURN_IF_ERROR(CheckFinite(teacher, rows, 0, count));
   return count;
 }
 

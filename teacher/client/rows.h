@@ -16,8 +16,17 @@ namespace sinew::teacher {
 // What every annotator asks of its rows and answers. Pure, at memory speed.
 
 // Number of rows R, 0 included. INVALID_ARGUMENT: sizes that do not fit the
-// teacher's widths or each other; the first number that is not finite, by row
-// and column.
+// teacher's widths or each other.
+absl::StatusOr<int64_t> CountRows(const v1::DescribeTeacherResponse& teacher,
+                                  const Rows& rows,
+                                  absl::Span<const double> targets);
+
+// INVALID_ARGUMENT: a number of rows [first, first + count) is not finite and
+// that is not known; names the first one of all rows, by row and column.
+absl::Status CheckFinite(const v1::DescribeTeacherResponse& teacher,
+                         const Rows& rows, int64_t first, int64_t count);
+
+// Both, of all rows.
 absl::StatusOr<int64_t> CheckRows(const v1::DescribeTeacherResponse& teacher,
                                   const Rows& rows,
                                   absl::Span<const double> targets);
@@ -28,6 +37,13 @@ absl::Status CheckFiniteRows(absl::string_view name,
                              absl::Span<const float> values, int64_t width);
 absl::Status CheckFiniteRows(absl::string_view name,
                              absl::Span<const double> values, int64_t width);
+
+// The numbers as they lie in memory.
+template <typename T>
+absl::string_view Bytes(absl::Span<const T> values) {
+  return {reinterpret_cast<const char*>(values.data()),
+          values.size() * sizeof(T)};
+}
 
 // Appends rows of `values`, which have that many columns.
 template <typename T>

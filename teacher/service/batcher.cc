@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "teacher/client/rows.h"
 
 namespace sinew::teacher {
 namespace {
@@ -19,9 +20,10 @@ absl::Status Expired() {
   return absl::DeadlineExceededError("the call waited too long in the queue");
 }
 
-absl::string_view Bytes(absl::Span<const double> values) {
-  return {reinterpret_cast<const char*>(values.data()),
-          values.size() * sizeof(double)};
+// Of a message's field, which begins where a number may.
+template <typename T>
+absl::Span<const T> Numbers(absl::string_view bytes) {
+  return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
 }
 
 }  // namespace
@@ -176,6 +178,25 @@ void Batcher::Compute(absl::Span<Pending* const> batch) {
 absl::Status Batcher::Label(absl::Span<Pending* const> batch) {
   int64_t rows = 0;
   for (const Pending* pending : batch) rows += pending->call->rows;
+  metrics_.batch_rows.Observe(static_cast<double>(rows));
+  SINEW_RETURN_IF_ERROR(batch.size() == 1 ? LabelOne(*batch.front())
+                                          : LabelTogether(rows, batch));
+  metrics_.rows.Increment(static_cast<double>(rows));
+  return absl::OkStatus();
+}
+
+absl::Status Batcher::LabelOne(Pending& pending) {
+  const Call& call = *pending.call;
+  pending.targets.resize(call.bases.size());
+  return annotator_.Annotate({.observations = Numbers<float>(call.observations),
+                              .bases = Numbers<double>(call.bases),
+                              .known_finite = true},
+                             {reinterpret_cast<double*>(pending.targets.data()),
+                              pending.targets.size() / sizeof(double)});
+}
+
+absl::Status Batcher::LabelTogether(int64_t rows,
+                                    absl::Span<Pending* const> batch) {
   const v1::DescribeTeacherResponse& teacher = annotator_.description();
   observations_.resize(rows * teacher.observation_width());
   bases_.resize(rows * teacher.action_width());
@@ -190,12 +211,10 @@ absl::Status Batcher::Label(absl::Span<Pending* const> batch) {
     observation += call.observations.size() / sizeof(float);
     base += call.bases.size() / sizeof(double);
   }
-  metrics_.batch_rows.Observe(static_cast<double>(rows));
-  SINEW_RETURN_IF_ERROR(
-      annotator_.Annotate({.observations = observations_, .bases = bases_},
-                          absl::MakeSpan(targets_)));
-  metrics_.rows.Increment(static_cast<double>(rows));
-  absl::string_view rest = Bytes(targets_);
+  SINEW_RETURN_IF_ERROR(annotator_.Annotate(
+      {.observations = observations_, .bases = bases_, .known_finite = true},
+      absl::MakeSpan(targets_)));
+  absl::string_view rest = Bytes<double>(targets_);
   for (Pending* pending : batch) {
     const size_t size = pending->call->bases.size();
     pending->targets.assign(rest.data(), size);

@@ -46,7 +46,8 @@ class Batcher {
     int64_t queue_rows = 16384;
   };
 
-  // A call; borrowed until answered. Sizes fit, numbers are finite.
+  // A call; borrowed until answered. Sizes fit, numbers are finite and lie
+  // where float and double may.
   struct Call {
     int64_t rows = 0;                // 1 to max_batch_rows
     absl::string_view observations;  // as in v1::AnnotateRequest
@@ -95,6 +96,10 @@ class Batcher {
   std::vector<Pending*> TakeBatch() SINEW_REQUIRES(mu_);
   void Compute(absl::Span<Pending* const> batch) SINEW_EXCLUDES(mu_);
   absl::Status Label(absl::Span<Pending* const> batch) SINEW_EXCLUDES(mu_);
+  // Where the call has its rows.
+  absl::Status LabelOne(Pending& pending) SINEW_EXCLUDES(mu_);
+  absl::Status LabelTogether(int64_t rows, absl::Span<Pending* const> batch)
+      SINEW_EXCLUDES(mu_);
 
   Annotator& annotator_;
   const Options options_;

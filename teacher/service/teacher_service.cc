@@ -128,6 +128,8 @@ absl::Status TeacherService::Answer(grpc::ServerContext& context,
   SINEW_ASSIGN_OR_RETURN(std::string targets, batcher_.Annotate(call));
   response.set_targets(std::move(targets));
   response.set_spread(spread_);
+  response.set_build(description_.build());
+  response.set_cpu_class(description_.cpu_class());
   return absl::OkStatus();
 }
 

@@ -77,6 +77,8 @@ grpc::Status FakeTeacher::Annotate(grpc::ServerContext* context,
       return grpc::Status(grpc::StatusCode::FAILED_PRECONDITION,
                           "another bundle");
     }
+    response->set_build(description_.build());
+    response->set_cpu_class(description_.cpu_class());
     observation = description_.observation_width();
     action = description_.action_width();
   }
