@@ -119,7 +119,8 @@ absl::Status ClipAnnotator::Ask(Annotator& teacher, const Rows& rows,
   AppendRows(rows.bases, action, of_teacher, bases);
   std::vector<double> answers(bases.size());
   const absl::Status asked = teacher.Annotate(
-      {.observations = observations, .bases = bases}, absl::MakeSpan(answers));
+      {.observations = observations, .bases = bases, .known_finite = true},
+      absl::MakeSpan(answers));
   SINEW_RETURN_IF_ERROR(WithContext(
       asked, absl::StrCat("of the ", of_teacher.size(), " rows of its clips")));
   for (size_t i = 0; i < of_teacher.size(); ++i) {

@@ -40,8 +40,8 @@ void UseOneThread() {
     } catch (const c10::Error&) {
       // Somebody started libtorch's other pool before: nothing here uses it.
     }
-    // exp, log, sqrt and tanh are MKL's, which finds out in its first call what
-    // CPU this is: a thread that calls meanwhile gets numbers of another
+    // exp, log, sqrt and tanh are MKL's, which at its first call stores twice
+    // what CPU this is: a thread that calls in between gets numbers of another
     // kernel, 1e-4 off (pytorch issue 188792). So that call is made here.
     at::exp(at::zeros({1}, at::kFloat));
   });

@@ -39,6 +39,7 @@ class Runner final : public TorchRunner {
     }
     Rows rows;
     SINEW_RETURN_IF_ERROR(CatchTorch("running a graph", [&]() -> absl::Status {
+      UseOneThread();
       const c10::NoGradGuard no_grad;
       SINEW_ASSIGN_OR_RETURN(const GraphPlan plan,
                              module_->MakePlan(InputNames(), values));
@@ -67,6 +68,7 @@ class Runner final : public TorchRunner {
     }
     TensorMap gradients;
     SINEW_RETURN_IF_ERROR(CatchTorch("differentiating", [&]() -> absl::Status {
+      UseOneThread();
       SINEW_ASSIGN_OR_RETURN(const GraphPlan plan,
                              module_->MakePlan(InputNames(), {found->value()}));
       SINEW_ASSIGN_OR_RETURN(const std::vector<at::Tensor> given,

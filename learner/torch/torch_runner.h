@@ -19,8 +19,9 @@ namespace sinew::learner {
 // tests need, without libtorch's headers.
 //
 // Thread-safety: const methods from any thread. Ownership: copies graph and
-// weights. Blocking: computes. Errors: INVALID_ARGUMENT names what does not
-// fit; INTERNAL carries libtorch's message.
+// weights. Blocking: computes on the calling thread, as UseOneThread says.
+// Errors: INVALID_ARGUMENT names what does not fit; INTERNAL carries libtorch's
+// message.
 class TorchRunner {
  public:
   struct Options {

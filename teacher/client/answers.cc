@@ -37,13 +37,13 @@ absl::Status Read(const std::string& peer, const char* field,
       peer, CheckFiniteRows(field, absl::Span<const double>(to), width));
 }
 
-// Of an answer: what the teacher is.
+// That who has answered is who was described.
 absl::Status CheckSame(const std::string& peer, const char* field,
                        const std::string& expected, const std::string& found) {
   if (found == expected) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat(peer, ": ", field, ": expected ", expected,
-                   " as the run's teacher has, found ", found));
+      absl::StrCat(peer, ": ", field, " of an answer: expected ", expected,
+                   " as described, found ", found));
 }
 
 absl::Status CheckRange(const std::string& peer, const char* field, int64_t low,

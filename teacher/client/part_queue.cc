@@ -127,6 +127,14 @@ void PartQueue::Failed(int replica, int64_t part, const absl::Status& status) {
   changed_.NotifyAll();
 }
 
+void PartQueue::End(const absl::Status& status) {
+  {
+    MutexLock lock(mu_);
+    if (status_.ok()) status_ = status;
+  }
+  changed_.NotifyAll();
+}
+
 absl::Status PartQueue::Judge(int replica, Part& part,
                               const absl::Status& status) {
   if (absl::IsInvalidArgument(status)) {

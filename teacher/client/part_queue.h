@@ -56,10 +56,13 @@ class PartQueue {
   void Done(int replica) SINEW_EXCLUDES(mu_);
   void Failed(int replica, int64_t part, const absl::Status& status)
       SINEW_EXCLUDES(mu_);
+  // All ends with this error, unless it has ended before: it is nobody's fault
+  // that asking others would mend.
+  void End(const absl::Status& status) SINEW_EXCLUDES(mu_);
 
   // OK once all parts are answered; else what ended it: CANCELLED (stop),
   // UNAVAILABLE or DEADLINE_EXCEEDED naming every replica with its last error,
-  // or one of the above.
+  // End's, or one of the above.
   absl::Status Await(const std::stop_token& stop) SINEW_EXCLUDES(mu_);
 
  private:

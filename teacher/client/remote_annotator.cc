@@ -55,6 +55,11 @@ class RemoteAnnotator final : public Annotator {
     absl::Span<double> targets;
     int64_t count;
     int64_t part_rows;
+
+    int64_t First(int64_t part) const { return part * part_rows; }
+    int64_t Count(int64_t part) const {
+      return std::min(part_rows, count - First(part));
+    }
   };
 
   // Serves one replica until the queue has no more for it.
@@ -111,18 +116,29 @@ absl::Status RemoteAnnotator::Annotate(const Rows& rows,
 void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
                            const std::stop_token& cancel) {
   while (const std::optional<int64_t> part = queue.Take(replica)) {
+    const absl::Status finite = CheckFinite(
+        description(), batch.rows, batch.First(*part), batch.Count(*part));
+    if (!finite.ok()) {
+      queue.End(finite);
+      return;
+    }
     absl::Status status =
         introduced_[replica] ? absl::OkStatus() : Verify(replica, cancel);
     if (status.ok()) status = Ask(*replicas_[replica], batch, *part, cancel);
     if (status.ok()) {
       queue.Done(replica);
-    } else {
-      // Whoever comes back may be another.
-      if (rpc::IsTransient(status) || absl::IsFailedPrecondition(status)) {
-        introduced_[replica] = false;
-      }
-      queue.Failed(replica, *part, status);
+      continue;
     }
+    // Whoever comes back may be another, or take fewer rows.
+    if (rpc::IsTransient(status) || absl::IsFailedPrecondition(status) ||
+        absl::IsInvalidArgument(status)) {
+      introduced_[replica] = false;
+    }
+    if (absl::IsFailedPrecondition(status) &&
+        !warned_[replica].exchange(true)) {
+      LogWarning("a teacher is left out", {{"error", status.message()}});
+    }
+    queue.Failed(replica, *part, status);
   }
 }
 
@@ -132,28 +148,25 @@ absl::Status RemoteAnnotator::Verify(int replica,
   SINEW_ASSIGN_OR_RETURN(
       const Introduction found,
       Introduce(one, [this] { return options_.call_timeout; }, cancel));
-  absl::Status status = CheckSameTeacher(teacher_, kTeacher, found, one.peer());
-  if (status.ok() && found.description.max_rows() < description().max_rows()) {
-    status = absl::FailedPreconditionError(
+  SINEW_RETURN_IF_ERROR(
+      CheckSameTeacher(teacher_, kTeacher, found, one.peer()));
+  if (found.description.max_rows() < description().max_rows()) {
+    return absl::FailedPreconditionError(
         absl::StrCat(one.peer(), ": max_rows: expected ",
                      description().max_rows(), " or more, as ", kTeacher,
                      " has, found ", found.description.max_rows()));
   }
-  if (status.ok()) {
-    if (!introduced_[replica].exchange(true)) {
-      LogInfo("a teacher has come", {{"peer", one.peer()}});
-    }
-  } else if (!warned_[replica].exchange(true)) {
-    LogWarning("a teacher is left out", {{"error", status.message()}});
+  if (!introduced_[replica].exchange(true)) {
+    LogInfo("a teacher has come", {{"peer", one.peer()}});
   }
-  return status;
+  return absl::OkStatus();
 }
 
 absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
                                   int64_t part,
                                   const std::stop_token& cancel) const {
-  const int64_t first = part * batch.part_rows;
-  const int64_t count = std::min(batch.part_rows, batch.count - first);
+  const int64_t first = batch.First(part);
+  const int64_t count = batch.Count(part);
   const int64_t width = description().action_width();
   SINEW_RETURN_IF_ERROR(CheckFinite(description(), batch.rows, first, count));
   SINEW_ASSIGN_OR_RETURN(

@@ -38,21 +38,22 @@ struct RemoteAnnotatorOptions {
 // A teacher behind gRPC: one service or several replicas of it.
 //
 //   Annotate: rows -> parts of at most max_rows -> whichever replica is free
-//             -> checked (sizes, spread, finite numbers) -> their place
+//             -> checked (build, CPU class, sizes, spread, finite numbers)
+//             -> their place
 //
-// Before its first part of a batch, and after every failure, a replica is asked
-// again what it is: it may have been restarted as another. A part that failed
-// is asked again, elsewhere where that is possible, after a back-off
-// (part_queue.h has the exact rules). So the result does not depend on which
-// replicas answered, nor on how often it took.
+// Every answer says who it is of, since a replica may have been restarted as
+// another; one that was away or refused is asked again what it is before it
+// gets more rows. A part that failed is asked again, elsewhere where that is
+// possible, after a back-off (part_queue.h has the exact rules). So the result
+// does not depend on which replicas answered, nor on how often it took.
 //
 // All replicas that answer at the beginning must be alike: the same bundle,
 // build and CPU class, and the same bytes in answer to a sample row. One that
 // does not answer within `wait_for_all` is gone on without, as long as another
-// does; when it comes, as when any comes back that was away, it is checked in
-// the same way before it gets any row, and left out where it differs or takes
-// fewer rows than those that were there. The log says who is missing, has come,
-// or is left out.
+// does; when it comes, as when any comes back whose calls had failed, it is
+// checked in the same way before it gets any row, and left out where it differs
+// or takes fewer rows than those that were there. The log says who is missing,
+// has come, or is left out.
 //
 // INVALID_ARGUMENT: an option out of range, an address; FAILED_PRECONDITION:
 // replicas that differ, naming both, or one that makes no sense; UNAVAILABLE,

@@ -1,9 +1,11 @@
 #include "teacher/client/remote_annotator.h"
 
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <thread>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -124,7 +126,13 @@ TEST_F(RemoteAnnotatorTest, NeverUsesAnswersOfAnotherBuildThatHasComeQuietly) {
         if (other) response.mutable_targets()->assign(16 * 8, '\1');
         return grpc::Status::OK;
       });
-  Add();
+  // Leaves the first part to the other.
+  Add([&](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
+    while (call > 0 && a.calls() < 2 && !context.IsCancelled()) {
+      std::this_thread::yield();
+    }
+    return grpc::Status::OK;
+  });
   const auto annotator = ConnectAnnotator(options_);
   ASSERT_THAT(annotator, IsOk());
   v1::DescribeTeacherResponse description = FakeTeacher::DefaultDescription();
@@ -215,7 +223,16 @@ TEST_F(RemoteAnnotatorTest, EndsWhenStopped) {
 
 TEST_F(RemoteAnnotatorTest,
        NamesTheFirstNumberThatIsNotFiniteAndSendsItNowhere) {
-  FakeTeacher& a = Add();
+  std::atomic<bool> seen = false;
+  Add([&](int, grpc::ServerContext&, v1::AnnotateResponse& response) {
+    std::vector<double> targets(response.targets().size() / sizeof(double));
+    std::memcpy(targets.data(), response.targets().data(),
+                response.targets().size());
+    for (const double one : targets) {
+      if (!std::isfinite(one)) seen = true;
+    }
+    return grpc::Status::OK;
+  });
   const auto annotator = ConnectAnnotator(options_);
   ASSERT_THAT(annotator, IsOk());
   observations_[3 * 4 + 1] = std::numeric_limits<float>::infinity();
@@ -228,7 +245,35 @@ TEST_F(RemoteAnnotatorTest,
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("observations: expected finite numbers, found inf in "
                          "row 4, column 1")));
-  EXPECT_LE(a.calls(), 1 + 5);  // the sample row; calls that have none
+  EXPECT_FALSE(seen);
+}
+
+TEST_F(RemoteAnnotatorTest, RefusesSuchNumbersThoughAReplicaIsAway) {
+  Add();
+  AddAbsent();
+  observations_[5] = std::numeric_limits<float>::infinity();
+
+  EXPECT_THAT(Annotate(), StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+// Of one that was restarted with smaller batches.
+TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatTakesFewerRowsNow) {
+  FakeTeacher& a =
+      Add([](int call, grpc::ServerContext&, v1::AnnotateResponse& response) {
+        return call == 0 || response.targets().size() <= 2 * 2 * sizeof(double)
+                   ? grpc::Status::OK
+                   : grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "rows");
+      });
+  Add();
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  v1::DescribeTeacherResponse description = FakeTeacher::DefaultDescription();
+  description.set_max_rows(2);
+  a.SetDescription(description);
+
+  ASSERT_THAT(Annotate(**annotator), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
 }
 
 TEST_F(RemoteAnnotatorTest, RefusesOptionsThatMakeNoSense) {

@@ -21,8 +21,9 @@ absl::StatusOr<int64_t> CountRows(const v1::DescribeTeacherResponse& teacher,
                                   const Rows& rows,
                                   absl::Span<const double> targets);
 
-// INVALID_ARGUMENT: a number of rows [first, first + count) is not finite and
-// that is not known; names the first one of all rows, by row and column.
+// INVALID_ARGUMENT: a number of rows [first, first + count) is not finite;
+// names the first one of all rows, by row and column. Does not look at rows
+// that are known_finite.
 absl::Status CheckFinite(const v1::DescribeTeacherResponse& teacher,
                          const Rows& rows, int64_t first, int64_t count);
 

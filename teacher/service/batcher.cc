@@ -20,7 +20,7 @@ absl::Status Expired() {
   return absl::DeadlineExceededError("the call waited too long in the queue");
 }
 
-// Of a message's field, which begins where a number may.
+// Of a message's field, which is aligned for them.
 template <typename T>
 absl::Span<const T> Numbers(absl::string_view bytes) {
   return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};

@@ -46,8 +46,8 @@ class Batcher {
     int64_t queue_rows = 16384;
   };
 
-  // A call; borrowed until answered. Sizes fit, numbers are finite and lie
-  // where float and double may.
+  // A call; borrowed until answered. Sizes fit, numbers are finite and
+  // aligned.
   struct Call {
     int64_t rows = 0;                // 1 to max_batch_rows
     absl::string_view observations;  // as in v1::AnnotateRequest
@@ -96,7 +96,7 @@ class Batcher {
   std::vector<Pending*> TakeBatch() SINEW_REQUIRES(mu_);
   void Compute(absl::Span<Pending* const> batch) SINEW_EXCLUDES(mu_);
   absl::Status Label(absl::Span<Pending* const> batch) SINEW_EXCLUDES(mu_);
-  // Where the call has its rows.
+  // Without copies, from the call's bytes into its answer's.
   absl::Status LabelOne(Pending& pending) SINEW_EXCLUDES(mu_);
   absl::Status LabelTogether(int64_t rows, absl::Span<Pending* const> batch)
       SINEW_EXCLUDES(mu_);

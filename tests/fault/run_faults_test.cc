@@ -56,7 +56,6 @@ TEST(RunFaultsTest, ASignalSavesExportsAndEnds) {
     const auto bundle = bundle::ReadBundle(JoinPath(rig.Path("run"), name));
     EXPECT_TRUE(bundle.ok()) << bundle.status();
   }
-  // Metrics are of an evaluation, so those of the best policy.
   const auto best =
       bundle::ReadBundle(JoinPath(rig.Path("run"), "bundle_best"));
   ASSERT_TRUE(best.ok()) << best.status();

@@ -69,6 +69,7 @@ class ExportCommand : public ::testing::Test {
     state.counters.set_iteration(12);
     state.counters.set_samples(345);
     state.counters.set_assets_sha256(assets);
+    state.counters.mutable_metrics()->set_succeeded_starts(27);
     v1::SnapshotReference* reference = state.counters.add_snapshots();
     reference->set_version(12);
     reference->set_sha256(Sha256Hex(snapshot));
@@ -126,6 +127,7 @@ TEST_F(ExportCommand, MakesABundleOfTheNewestState) {
   EXPECT_EQ(provenance.snapshot_sha256(), Sha256Hex(Snapshot(0.2)));
   EXPECT_EQ(provenance.iterations(), 12);
   EXPECT_EQ(provenance.samples(), 345);
+  EXPECT_EQ(bundle->manifest.metrics().succeeded_starts(), 27);
 }
 
 TEST_F(ExportCommand, MakesABundleOfTheBestPolicyWithItsMetrics) {
