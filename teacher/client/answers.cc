@@ -42,7 +42,7 @@ absl::Status CheckSame(const std::string& peer, const char* field,
                        const std::string& expected, const std::string& found) {
   if (found == expected) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat(peer, ": ", field, " of an answer: expected ", expected,
+      absl::StrCat(peer, ": ", field, ": expected ", expected,
                    " as described, found ", found));
 }
 
