@@ -1,24 +1,47 @@
 """Counts the test cases of a Bazel run and says how it ended.
 
-Usage: count_tests.py TESTLOGS BAZEL_STATUS
+Usage: count_tests.py EVENTS BAZEL_STATUS
 
-The last line printed is "N passed, N failed, N skipped". Exits with 0 only if
-Bazel did and nothing failed.
+EVENTS is what `bazel test --build_event_json_file` wrote: it names the logs of
+this run, cached ones too, where the folder of logs also has those of targets
+and runs that are gone. The last line printed is "N passed, N failed, N
+skipped". Exits with 0 only if Bazel did and nothing failed.
 """
 
+import json
 import pathlib
 import subprocess
 import sys
+import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 
 def current_targets():
-    """Folders below testlogs that belong to targets of this tree: logs of
-    targets that are gone stay behind and must not count."""
+    """Labels of the tests of this tree."""
     query = subprocess.run(
         ["bazel", "query", "--noshow_progress", "tests(//...)"],
         check=True, capture_output=True, text=True)
-    return [line[2:].replace(":", "/") for line in query.stdout.split()]
+    return query.stdout.split()
+
+
+def logs_of_run(events):
+    """Paths of test.xml by label; of a shard or run that was tried again, the
+    last one."""
+    latest = {}
+    for line in events.read_text().splitlines():
+        event = json.loads(line)
+        ran = event.get("id", {}).get("testResult")
+        if ran is None:
+            continue
+        for output in event["testResult"].get("testActionOutput", []):
+            if output["name"] == "test.xml":
+                key = (ran["label"], ran.get("run"), ran.get("shard"))
+                uri = urllib.parse.urlparse(output["uri"])
+                latest[key] = pathlib.Path(urllib.parse.unquote(uri.path))
+    logs = {}
+    for key, path in sorted(latest.items(), key=str):
+        logs.setdefault(key[0], []).append(path)
+    return logs
 
 
 def count(xml_path):
@@ -38,13 +61,14 @@ def count(xml_path):
 
 
 def main():
-    logs, status = pathlib.Path(sys.argv[1]), int(sys.argv[2])
+    events, status = pathlib.Path(sys.argv[1]), int(sys.argv[2])
+    logs = logs_of_run(events)
     passed = failed = skipped = 0
     for target in current_targets():
-        files = sorted((logs / target).glob("**/test.xml"))
+        files = [path for path in logs.get(target, []) if path.exists()]
         if not files:
             failed += 1
-            print(f"no result: //{target} (not built, or timed out)")
+            print(f"no result: {target} (not built, or timed out)")
         for xml_path in files:
             one = count(xml_path)
             passed, failed, skipped = (
