@@ -59,6 +59,20 @@ TEST(PartQueue, HandsOutEveryPartOnce) {
   EXPECT_THAT(queue.Await({}), IsOk());
 }
 
+TEST(PartQueue, EndsForAllWhenToldTo) {
+  SimulatedClock clock;
+  PartQueue queue(MakeOptions(3, 2), clock);
+  ASSERT_THAT(queue.Take(0), Optional(0));
+
+  queue.End(absl::InvalidArgumentError("row 4"));
+  queue.End(absl::InvalidArgumentError("row 5"));
+
+  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_EQ(queue.Take(1), std::nullopt);
+  EXPECT_THAT(queue.Await({}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("row 4")));
+}
+
 TEST(PartQueue, LeavesAFailedPartToAReplicaThatIsWell) {
   SimulatedClock clock;
   PartQueue queue(MakeOptions(2, 2), clock);
