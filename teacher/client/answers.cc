@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <cstring>
+#include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "teacher/client/rows.h"
 
@@ -12,10 +14,6 @@ namespace {
 
 // Wider than any; keeps products of sizes in range.
 constexpr int64_t kWidest = 1 << 20;
-
-std::string Bytes(const void* data, size_t size) {
-  return std::string(static_cast<const char*>(data), size);
-}
 
 absl::Status AsDataLoss(const std::string& peer, const absl::Status& status) {
   if (status.ok()) return status;
@@ -37,13 +35,13 @@ absl::Status Read(const std::string& peer, const char* field,
       peer, CheckFiniteRows(field, absl::Span<const double>(to), width));
 }
 
-// That who has answered is who was described.
-absl::Status CheckSame(const std::string& peer, const char* field,
-                       const std::string& expected, const std::string& found) {
+absl::Status CheckSame(const char* field, const std::string& expected,
+                       absl::string_view expected_of, const std::string& found,
+                       const std::string& found_peer) {
   if (found == expected) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat(peer, ": ", field, ": expected ", expected,
-                   " as described, found ", found));
+      absl::StrCat(found_peer, ": ", field, ": expected ", expected, " as ",
+                   expected_of, " has, found ", found));
 }
 
 absl::Status CheckRange(const std::string& peer, const char* field, int64_t low,
@@ -63,10 +61,10 @@ v1::AnnotateRequest MakeRequest(const v1::DescribeTeacherResponse& teacher,
   v1::AnnotateRequest request;
   request.set_bundle_sha256(teacher.bundle_sha256());
   request.set_rows(static_cast<int32_t>(count));
-  request.set_observations(Bytes(rows.observations.data() + first * observation,
-                                 count * observation * sizeof(float)));
-  request.set_bases(Bytes(rows.bases.data() + first * action,
-                          count * action * sizeof(double)));
+  request.set_observations(rows.observations.data() + first * observation,
+                           count * observation * sizeof(float));
+  request.set_bases(rows.bases.data() + first * action,
+                    count * action * sizeof(double));
   return request;
 }
 
@@ -74,10 +72,11 @@ absl::Status ReadAnswer(const v1::DescribeTeacherResponse& teacher,
                         const v1::AnnotateResponse& answer,
                         const std::string& peer, absl::Span<double> targets,
                         absl::Span<double> spread) {
+  constexpr absl::string_view kTeacher = "the teacher that was described";
   SINEW_RETURN_IF_ERROR(
-      CheckSame(peer, "build", teacher.build(), answer.build()));
-  SINEW_RETURN_IF_ERROR(
-      CheckSame(peer, "CPU class", teacher.cpu_class(), answer.cpu_class()));
+      CheckSame("build", teacher.build(), kTeacher, answer.build(), peer));
+  SINEW_RETURN_IF_ERROR(CheckSame("CPU class", teacher.cpu_class(), kTeacher,
+                                  answer.cpu_class(), peer));
   const int64_t width = teacher.action_width();
   SINEW_RETURN_IF_ERROR(
       Read(peer, "targets", answer.targets(), width, targets));
@@ -109,10 +108,7 @@ absl::Status CheckAlike(const v1::DescribeTeacherResponse& expected,
                         const std::string& found_peer) {
   const auto compare = [&](const char* field, const std::string& a,
                            const std::string& b) {
-    if (a == b) return absl::OkStatus();
-    return absl::FailedPreconditionError(
-        absl::StrCat(found_peer, ": ", field, ": expected ", a, " as ",
-                     expected_peer, " has, found ", b));
+    return CheckSame(field, a, expected_peer, b, found_peer);
   };
   SINEW_RETURN_IF_ERROR(
       compare("bundle", expected.bundle_sha256(), found.bundle_sha256()));
@@ -123,7 +119,7 @@ absl::Status CheckAlike(const v1::DescribeTeacherResponse& expected,
   v1::DescribeTeacherResponse a = expected, b = found;
   for (v1::DescribeTeacherResponse* one : {&a, &b}) {
     one->clear_max_rows();
-    one->clear_provenance();  // not always asked for
+    one->clear_provenance();  // long, and the bundle's
   }
   return compare("description", a.ShortDebugString(), b.ShortDebugString());
 }

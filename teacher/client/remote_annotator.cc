@@ -168,7 +168,6 @@ absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
   const int64_t first = batch.First(part);
   const int64_t count = batch.Count(part);
   const int64_t width = description().action_width();
-  SINEW_RETURN_IF_ERROR(CheckFinite(description(), batch.rows, first, count));
   SINEW_ASSIGN_OR_RETURN(
       const v1::AnnotateResponse answer,
       replica.Annotate(MakeRequest(description(), batch.rows, first, count),

@@ -145,6 +145,21 @@ TEST_F(RemoteAnnotatorTest, NeverUsesAnswersOfAnotherBuildThatHasComeQuietly) {
   EXPECT_EQ(targets_, expected_);
 }
 
+TEST_F(RemoteAnnotatorTest, RefusesAnswersOfAnotherCpuClass) {
+  FakeTeacher& a = Add();
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  v1::DescribeTeacherResponse description = FakeTeacher::DefaultDescription();
+  description.set_cpu_class("x86-64-v4");
+  a.SetDescription(description);
+
+  EXPECT_THAT(Annotate(**annotator),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr(options_.addresses[0]),
+                             HasSubstr("CPU class: expected x86-64-v3"),
+                             HasSubstr("found x86-64-v4"))));
+}
+
 TEST_F(RemoteAnnotatorTest, EndsWhenEveryAnswerIsWrong) {
   Add([](int call, grpc::ServerContext&, v1::AnnotateResponse& response) {
     if (call > 0) response.mutable_targets()->pop_back();
@@ -274,6 +289,29 @@ TEST_F(RemoteAnnotatorTest, LeavesOutAReplicaThatTakesFewerRowsNow) {
   ASSERT_THAT(Annotate(**annotator), IsOk());
 
   EXPECT_EQ(targets_, expected_);
+}
+
+TEST_F(RemoteAnnotatorTest, AsksOneThatHasRefusedRowsAgainWhatItIs) {
+  options_.calls_in_flight = 1;
+  std::atomic<bool> fewer = false;
+  FakeTeacher& a =
+      Add([&](int, grpc::ServerContext&, v1::AnnotateResponse& response) {
+        return fewer && response.targets().size() > 2 * 2 * sizeof(double)
+                   ? grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "rows")
+                   : grpc::Status::OK;
+      });
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  v1::DescribeTeacherResponse description = FakeTeacher::DefaultDescription();
+  description.set_max_rows(2);
+  a.SetDescription(description);
+  fewer = true;
+
+  EXPECT_THAT(Annotate(**annotator),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(Annotate(**annotator),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("max_rows: expected 8 or more")));
 }
 
 TEST_F(RemoteAnnotatorTest, RefusesOptionsThatMakeNoSense) {

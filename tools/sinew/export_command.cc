@@ -45,14 +45,16 @@ absl::Status ExportLatest(const ExportOptions& options,
                      state->counters.iteration(), ", found none"));
   }
   const v1::TrainingState& counters = state->counters;
-  bundle::RunResult result;
-  result.snapshot = state->snapshots.back();
-  result.iterations = counters.iteration();
-  result.samples = counters.samples();
-  result.train_seconds = counters.train_seconds();
-  result.build = counters.build();
-  if (counters.has_metrics()) result.metrics = counters.metrics();
-  return bundle::ExportRun(options.run, result, options.out);
+  return bundle::ExportRun(
+      options.run,
+      {.snapshot = state->snapshots.back(),
+       .iterations = counters.iteration(),
+       .samples = counters.samples(),
+       .train_seconds = counters.train_seconds(),
+       .build = counters.build(),
+       .metrics = counters.has_metrics() ? std::optional(counters.metrics())
+                                         : std::nullopt},
+      options.out);
 }
 
 // Whether the best policy was found on the library that the run now has.
