@@ -27,10 +27,14 @@ class EvaluationRollout {
 
   absl::Status Run(const std::atomic<bool>* cancel) {
     state_.policy.ClearNoise();
-    for (int i = 0; i < order_.starts_size(); ++i) Begin(i);
+    for (int i = 0; i < order_.starts_size(); ++i) {
+      SINEW_RETURN_IF_ERROR(Begin(i));
+    }
     while (!live_.empty()) {
       SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
-      for (size_t row = 0; row < live_.size(); ++row) Observe(row);
+      for (size_t row = 0; row < live_.size(); ++row) {
+        SINEW_RETURN_IF_ERROR(Observe(row));
+      }
       clock_.Lap(&stages_.observe);
       state_.policy.Run(static_cast<int>(live_.size()));
       clock_.Lap(&stages_.infer);
@@ -47,7 +51,7 @@ class EvaluationRollout {
   }
 
  private:
-  void Begin(int start) {
+  absl::Status Begin(int start) {
     const v1::EvaluationStart& from = order_.starts(start);
     Environment& environment = state_.environments[start];
     environment.index = start;
@@ -62,11 +66,12 @@ class EvaluationRollout {
                            state_.work.get());
     }
     const world::BodyStart body = BodyStartOf(from);
-    state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
+    const bool ok = state_.batch.Apply(start, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, /*noise=*/nullptr, data, &environment.episode,
                   absl::MakeSpan(environment.previous_target),
                   state_.work.get(), ConditionsOf(environment));
     });
+    if (!ok) return state_.batch.EngineError(start, "beginning an evaluation");
     begun_.push_back(environment.episode);
     carried_.emplace_back();
     errors_.emplace_back(static_cast<int>(state_.work->body.position.size()),
@@ -74,6 +79,7 @@ class EvaluationRollout {
     failed_at_.push_back(-1);
     watches_.emplace_back(task_.character(), max_distance_);
     live_.push_back(start);
+    return absl::OkStatus();
   }
 
   // Of a start, whichever order it stands in; apart from those of training.
@@ -92,15 +98,18 @@ class EvaluationRollout {
                                                  : nullptr;
   }
 
-  void Observe(size_t row) {
+  absl::Status Observe(size_t row) {
     const int start = live_[row];
     const Environment& environment = state_.environments[start];
-    state_.batch.Apply(start, /*save=*/false, [&](mjData* data) {
-      task_.Refresh(data, state_.work.get());
-      task_.Observe(data, environment.episode, environment.previous_target,
-                    state_.policy.observation(static_cast<int>(row)),
-                    state_.work.get(), ConditionsOf(environment));
-    });
+    const bool ok =
+        state_.batch.Apply(start, /*save=*/false, [&](mjData* data) {
+          task_.Refresh(data, state_.work.get());
+          task_.Observe(data, environment.episode, environment.previous_target,
+                        state_.policy.observation(static_cast<int>(row)),
+                        state_.work.get(), ConditionsOf(environment));
+        });
+    return ok ? absl::OkStatus()
+              : state_.batch.EngineError(start, "observing a body");
   }
 
   absl::Status Step(size_t row, bool* alive) {

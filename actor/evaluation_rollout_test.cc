@@ -9,10 +9,12 @@
 #include "actor/rollout.h"
 #include "actor/testing/rollout_rig.h"
 #include "common/digest.h"
+#include "common/testing/matchers.h"
 
 namespace sinew::actor {
 namespace {
 
+using ::sinew::testing::StatusIs;
 using testing::Bytes;
 using testing::RolloutRig;
 
@@ -87,6 +89,40 @@ TEST(Evaluation, ShowsEveryFrameToItsObserver) {
   rig.Run(rig.EvaluationOrder({{1, 0, 4}}));
 
   EXPECT_THAT(frames, ::testing::ElementsAre(1, 2, 3, 4));
+}
+
+TEST(Evaluation, AnErrorOfTheEngineInAStepIsADivergence) {
+  RolloutRig rig;
+  rig.UseZeroAction();
+  rig.worker->SetFrameObserver(
+      [](int start, int frame, const mjData&, absl::Span<const float>) {
+        if (start == 1 && frame == 2) mju_error("no room");
+      });
+
+  const v1::Segment segment =
+      rig.Run(rig.EvaluationOrder({{1, 0, 4}, {1, 0, 4}}));
+
+  EXPECT_TRUE(segment.results(0).success());
+  EXPECT_EQ(segment.results(1).failed_at_frame(), 2);
+  EXPECT_EQ(segment.diverged(), 1);
+}
+
+TEST(Evaluation, AnErrorOfTheEngineElsewhereEndsTheOrderAndNotTheWorker) {
+  RolloutRig rig;
+  rig.UseZeroAction();
+  rig.worker->SetFrameObserver(
+      [](int, int, const mjData& shown, absl::Span<const float>) {
+        mjData& data = const_cast<mjData&>(shown);
+        const size_t room = data.narena - data.parena - data.pstack;
+        mj_stackAllocByte(&data, room - 256, 8);  // none for the next frame
+      });
+
+  EXPECT_THAT(
+      rig.worker->Run(rig.EvaluationOrder({{1, 0, 4}}), *rig.snapshot).status(),
+      StatusIs(absl::StatusCode::kInternal,
+               ::testing::HasSubstr("stopped while observing a body")));
+  rig.worker->SetFrameObserver(nullptr);
+  EXPECT_TRUE(rig.Run(rig.EvaluationOrder({{1, 0, 4}})).results(0).success());
 }
 
 }  // namespace

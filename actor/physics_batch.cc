@@ -20,4 +20,11 @@ absl::StatusOr<PhysicsBatch> PhysicsBatch::Create(const mjModel* model,
   return PhysicsBatch(batch);
 }
 
+absl::Status PhysicsBatch::EngineError(int index,
+                                       absl::string_view doing) const {
+  return absl::InternalError(
+      absl::StrCat("MuJoCo stopped while ", doing, " (environment ", index,
+                   " of the batch): ", mjb_error(batch_.get(), index)));
+}
+
 }  // namespace sinew::actor

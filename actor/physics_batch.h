@@ -7,7 +7,9 @@
 #include <memory>
 #include <type_traits>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 
 namespace sinew::actor {
@@ -36,7 +38,7 @@ class PhysicsBatch {
   // if the engine raised an error: the function was left at some point (no
   // destructors run, so it must not own anything), the row is unusable.
   template <typename Function>
-  bool Apply(int index, bool save, Function&& function) {
+  [[nodiscard]] bool Apply(int index, bool save, Function&& function) {
     using Callable = std::remove_reference_t<Function>;
     const mjfBatchFunc call = [](const mjModel*, mjData* data, int,
                                  void* callable) {
@@ -45,6 +47,10 @@ class PhysicsBatch {
     mjb_apply(batch_.get(), &index, 1, call, &function, save ? 1 : 0);
     return mjb_status(batch_.get())[index] == 0;
   }
+
+  // INTERNAL: what the engine said where the environment's last call ended so;
+  // `doing` says what the call was for.
+  absl::Status EngineError(int index, absl::string_view doing) const;
 
  private:
   struct Deleter {

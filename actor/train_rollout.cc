@@ -28,7 +28,7 @@ class TrainRollout {
     SINEW_RETURN_IF_ERROR(LoadStates());
     for (int step = 0; step < order_.horizon(); ++step) {
       SINEW_RETURN_IF_ERROR(CheckCancelled(cancel, order_));
-      for (int e = 0; e < size_; ++e) Prepare(e);
+      for (int e = 0; e < size_; ++e) SINEW_RETURN_IF_ERROR(Prepare(e));
       clock_.Lap(&stages_.observe);
       state_.policy.Run(size_);
       RunOthers();
@@ -50,10 +50,11 @@ class TrainRollout {
                                       state_.batch.row(e)));
       if (environment.fresh) continue;
       DrawConditions(&environment);
-      state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
+      const bool ok = state_.batch.Apply(e, /*save=*/false, [&](mjData* data) {
         task_.Refresh(data, state_.work.get());
         Observe(e, data);
       });
+      if (!ok) return state_.batch.EngineError(e, "taking up a state");
     }
     return absl::OkStatus();
   }
@@ -84,10 +85,11 @@ class TrainRollout {
   }
 
   // Begins the episode of a fresh environment; draws the step's noise.
-  void Prepare(int e) {
+  absl::Status Prepare(int e) {
     Environment& environment = state_.environments[e];
-    if (environment.fresh) Begin(e, &environment);
+    if (environment.fresh) SINEW_RETURN_IF_ERROR(Begin(e, &environment));
     state_.policy.DrawNoise(e, Key(environment, RandomPurpose::kAction));
+    return absl::OkStatus();
   }
 
   // Who acts where at this step, and the actions of those that are not the
@@ -119,7 +121,7 @@ class TrainRollout {
     if (priors > 0) state_.prior.Run(priors);
   }
 
-  void Begin(int e, Environment* environment) {
+  absl::Status Begin(int e, Environment* environment) {
     world::Episode& episode = environment->episode;
     const world::StartFrame start = snapshot_.starts().Draw(
         order_.seed(), static_cast<uint64_t>(environment->index),
@@ -130,12 +132,14 @@ class TrainRollout {
     const RandomKey noise = Key(*environment, RandomPurpose::kStartNoise);
     const world::BodyStart body = task_.DrawStart(noise);
     DrawConditions(environment);
-    state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
+    const bool ok = state_.batch.Apply(e, /*save=*/true, [&](mjData* data) {
       task_.Begin(body, &noise, data, &episode,
                   absl::MakeSpan(environment->previous_target),
                   state_.work.get(), ConditionsOf(*environment));
       Observe(e, data);
     });
+    return ok ? absl::OkStatus()
+              : state_.batch.EngineError(e, "beginning an episode");
   }
 
   absl::Status StepEnvironment(int step, int e) {
