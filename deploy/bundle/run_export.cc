@@ -72,7 +72,8 @@ absl::Status WriteCharacter(const std::map<std::string, std::string>& files,
 
 absl::Status SaveRunInputs(const std::string& run, const std::string& character,
                            const motion::Library& library,
-                           absl::Span<const v1::RunInputs::Source> sources) {
+                           absl::Span<const v1::RunInputs::Source> sources,
+                           const std::string& assets_sha256) {
   SINEW_ASSIGN_OR_RETURN(const auto files,
                          character::CharacterFiles(character));
   SINEW_RETURN_IF_ERROR(RemoveRecursively(InputsFile(run)));
@@ -83,6 +84,7 @@ absl::Status SaveRunInputs(const std::string& run, const std::string& character,
   *inputs.mutable_library() = library.manifest();
   inputs.set_library_sha256(library.digest());
   inputs.mutable_sources()->Add(sources.begin(), sources.end());
+  inputs.set_assets_sha256(assets_sha256);
   // What is written now is what an export will find.
   SINEW_RETURN_IF_ERROR(LoadCharacter(run, v1::Physics(), inputs).status());
   std::string text;

@@ -29,11 +29,12 @@ namespace sinew::bundle {
 // name file and field, expected and found.
 
 // Writes RUN/inputs/ anew; `character` as in Character::Load; `sources`: the
-// bundles that the run begins with or learns from.
-absl::Status SaveRunInputs(
-    const std::string& run, const std::string& character,
-    const motion::Library& library,
-    absl::Span<const v1::RunInputs::Source> sources = {});
+// bundles that the run begins with or learns from; `assets_sha256` as the run's
+// states have it.
+absl::Status SaveRunInputs(const std::string& run, const std::string& character,
+                           const motion::Library& library,
+                           absl::Span<const v1::RunInputs::Source> sources = {},
+                           const std::string& assets_sha256 = "");
 
 // What SaveRunInputs has written. NOT_FOUND, INVALID_ARGUMENT.
 absl::StatusOr<v1::RunInputs> ReadRunInputs(const std::string& run);

@@ -108,7 +108,15 @@ TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
   ASSERT_TRUE(inputs_after.ok()) << inputs_after.status();
   EXPECT_EQ(*inputs_after, *inputs);
 
-  rig.MustRun("third", rig.Train("run", 5, {"--migrate-library"}));
+  ASSERT_TRUE(before.counters.has_metrics());
+  EXPECT_LT(before.counters.metrics().iteration(), 3);
+  rig.MustRun("third", rig.Train("run", 4, {"--migrate-library"}));
+  // What was found of the clips of before is not said of these.
+  const auto migrated = rig.StateOf("run");
+  EXPECT_TRUE(!migrated.counters.has_metrics() ||
+              migrated.counters.metrics().iteration() >= 3);
+
+  rig.MustRun("on", rig.Train("run", 5));
 
   const auto after = rig.StateOf("run");
   EXPECT_EQ(after.counters.iteration(), 5);
@@ -125,7 +133,7 @@ TEST(RunFaultsTest, AnotherLibraryOnAResumedRunIsRefusedUntilAskedFor) {
     EXPECT_GE(table.bins(b).visits(), old_table.bins(b).visits());
   }
   // From here on it is the run's library.
-  rig.MustRun("fourth", rig.Train("run", 6));
+  rig.MustRun("further", rig.Train("run", 6));
   // But what it was trained on before is not called left out.
   const auto bundle = bundle::ReadBundle(rig.Path("run/bundle"));
   ASSERT_TRUE(bundle.ok()) << bundle.status();

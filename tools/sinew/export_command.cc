@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
 #include "common/clock.h"
 #include "common/files.h"
 #include "common/rpc/credentials.h"
@@ -31,6 +32,16 @@ struct ExportOptions {
   bool best = false;
 };
 
+// Whether what is to be exported was trained on the library that the run now
+// has; `what` names it. `now` or `found` unset: not known.
+absl::Status CheckAssets(const ExportOptions& options, absl::string_view what,
+                         const std::string& now, const std::string& found) {
+  if (now.empty() || found.empty() || now == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      options.run, ": ", what, ": expected one of the run's assets ", now,
+      ", found one of ", found, "; train on with the library of now"));
+}
+
 absl::Status ExportLatest(const ExportOptions& options,
                           checkpoint::ArtifactStore& store) {
   std::vector<std::string> warnings;
@@ -45,6 +56,11 @@ absl::Status ExportLatest(const ExportOptions& options,
                      state->counters.iteration(), ", found none"));
   }
   const v1::TrainingState& counters = state->counters;
+  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
+                         bundle::ReadRunInputs(options.run));
+  SINEW_RETURN_IF_ERROR(CheckAssets(options, "the newest state",
+                                    inputs.assets_sha256(),
+                                    counters.assets_sha256()));
   return bundle::ExportRun(
       options.run,
       {.snapshot = state->snapshots.back(),
@@ -57,20 +73,18 @@ absl::Status ExportLatest(const ExportOptions& options,
       options.out);
 }
 
-// Whether the best policy was found on the library that the run now has.
-absl::Status CheckLibrary(const ExportOptions& options,
-                          checkpoint::ArtifactStore& store,
-                          const v1::EvaluatedPolicy& best) {
-  if (best.assets_sha256().empty()) return absl::OkStatus();
+// What the run's assets are now: its inputs say so, or, in a run of old, its
+// newest state; empty if neither does.
+absl::StatusOr<std::string> AssetsNow(const ExportOptions& options,
+                                      checkpoint::ArtifactStore& store) {
+  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
+                         bundle::ReadRunInputs(options.run));
+  if (!inputs.assets_sha256().empty()) return inputs.assets_sha256();
   std::vector<std::string> warnings;
   const auto state = learner::LoadLatestCounters(store, &warnings);
-  if (absl::IsNotFound(state.status())) return absl::OkStatus();
+  if (absl::IsNotFound(state.status())) return "";
   SINEW_RETURN_IF_ERROR(state.status());
-  if (best.assets_sha256() == state->assets_sha256()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      options.run, ": the best policy: expected one of the run's assets ",
-      state->assets_sha256(), ", found one of ", best.assets_sha256(),
-      "; nothing was evaluated since the library changed"));
+  return state->assets_sha256();
 }
 
 absl::Status ExportBest(const ExportOptions& options,
@@ -88,7 +102,9 @@ absl::Status ExportBest(const ExportOptions& options,
                      "evaluated.pb, found ",
                      files.size(), " others"));
   }
-  SINEW_RETURN_IF_ERROR(CheckLibrary(options, store, evaluated));
+  SINEW_ASSIGN_OR_RETURN(const std::string now, AssetsNow(options, store));
+  SINEW_RETURN_IF_ERROR(
+      CheckAssets(options, "the best policy", now, evaluated.assets_sha256()));
   return bundle::ExportRun(options.run,
                            {.snapshot = *snapshot->second,
                             .iterations = evaluated.iteration(),

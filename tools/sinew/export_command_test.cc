@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
@@ -47,10 +48,15 @@ class ExportCommand : public ::testing::Test {
     EXPECT_THAT(WriteFileAtomically(JoinPath(run_, "config.textproto"),
                                     PrintRecipe(toy_.recipe)),
                 IsOk());
-    EXPECT_THAT(
-        bundle::SaveRunInputs(
-            run_, JoinPath(toy_.folder, "character.textproto"), *toy_.library),
-        IsOk());
+    SaveInputs({}, "");
+  }
+
+  void SaveInputs(const std::vector<v1::RunInputs::Source>& sources,
+                  const std::string& assets) const {
+    ASSERT_THAT(bundle::SaveRunInputs(
+                    run_, JoinPath(toy_.folder, "character.textproto"),
+                    *toy_.library, sources, assets),
+                IsOk());
   }
 
   std::string Snapshot(double gain) const {
@@ -157,6 +163,23 @@ TEST_F(ExportCommand, RefusesTheBestPolicyOfAnotherLibrary) {
   EXPECT_THAT(Export(), IsOk());
 }
 
+TEST_F(ExportCommand, RefusesAStateOfBeforeTheLibraryChanged) {
+  SaveState(Snapshot(0.2), "old assets");
+  SaveBest(Snapshot(0.4), "old assets");
+  SaveInputs({}, "new assets");
+
+  for (const char* flags : {"", " --best"}) {
+    EXPECT_THAT(
+        Export(flags),
+        StatusIs(absl::StatusCode::kFailedPrecondition,
+                 HasSubstr("expected one of the run's assets new assets, "
+                           "found one of old assets")));
+    EXPECT_FALSE(FileExists(Out()));
+  }
+  SaveInputs({}, "old assets");
+  EXPECT_THAT(Export(), IsOk());
+}
+
 TEST_F(ExportCommand, MakesABundleOfTheStageThatAProcedureCameTo) {
   SaveState(Snapshot(0.2));
   // The run becomes the only stage of a procedure.
@@ -192,10 +215,7 @@ TEST_F(ExportCommand, WritesAStateThatSaysWhatItsRunLearnsFrom) {
   v1::RunInputs::Source teacher;
   teacher.mutable_bundle()->set_role("teacher");
   teacher.mutable_bundle()->set_manifest_sha256("expert");
-  ASSERT_THAT(
-      bundle::SaveRunInputs(run_, JoinPath(toy_.folder, "character.textproto"),
-                            *toy_.library, {teacher}),
-      IsOk());
+  SaveInputs({teacher}, "");
   v1::TaskAssets list;
   v1::Asset& library = *list.add_assets();
   library.set_role("library");

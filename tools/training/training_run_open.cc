@@ -113,8 +113,9 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                        options_.recipe.task().start(),
                        setup.library->manifest(), &sources);
   }
-  SINEW_RETURN_IF_ERROR(bundle::SaveRunInputs(
-      folder_->path(), options_.character, *setup.library, sources));
+  SINEW_RETURN_IF_ERROR(
+      bundle::SaveRunInputs(folder_->path(), options_.character, *setup.library,
+                            sources, setup.assets_sha256));
   SINEW_RETURN_IF_ERROR(store_->PutAssets(setup));
   best_ = std::make_unique<BestPolicy>(*store_, setup.assets_sha256);
   return best_->Load(state_ ? state_->counters.assets_sha256() : "");
