@@ -21,6 +21,9 @@ v1::BundleMetrics MakeBundleMetrics(const EvaluationSummary& summary,
   metrics.set_left_out_succeeded_starts(left_out.succeeded_starts);
   metrics.set_left_out_success_rate(left_out.success_rate);
   metrics.set_left_out_e_g_mpjpe_mm(left_out.means.e_g_mpjpe_mm);
+  metrics.set_left_out_e_mpjpe_mm(left_out.means.e_mpjpe_mm);
+  metrics.set_left_out_e_acc(left_out.means.e_acc);
+  metrics.set_left_out_e_vel(left_out.means.e_vel);
   return metrics;
 }
 

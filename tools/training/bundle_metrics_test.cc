@@ -25,6 +25,9 @@ TEST(BundleMetrics, SayWhatOfTheEvaluationIsOfWhichClips) {
   summary.left_out.succeeded_starts = 3;
   summary.left_out.success_rate = 0.25;
   summary.left_out.means.e_g_mpjpe_mm = 90;
+  summary.left_out.means.e_mpjpe_mm = 45;
+  summary.left_out.means.e_acc = 9;
+  summary.left_out.means.e_vel = 14;
 
   EXPECT_THAT(MakeBundleMetrics(summary, 12), EqualsProto(R"pb(
                 clips: 7
@@ -41,6 +44,9 @@ TEST(BundleMetrics, SayWhatOfTheEvaluationIsOfWhichClips) {
                 left_out_succeeded_starts: 3
                 left_out_success_rate: 0.25
                 left_out_e_g_mpjpe_mm: 90
+                left_out_e_mpjpe_mm: 45
+                left_out_e_acc: 9
+                left_out_e_vel: 14
               )pb"));
 }
 

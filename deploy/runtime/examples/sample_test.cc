@@ -130,6 +130,26 @@ TEST(SampleWithOnnx, NamesTheModelThatABundleLacks) {
   EXPECT_THAT(outcome.output, HasSubstr("prior.onnx"));
 }
 
+TEST(SampleWithOnnx, RefusesAFileThatWasEdited) {
+  for (const char* name : {"prior.onnx", "weights.safetensors"}) {
+    const LatentFolder folder;
+    const std::string path = JoinPath(folder.bundle, name);
+    std::string content = *ReadFile(path);
+    content.back() ^= 1;
+    ASSERT_THAT(WriteFileAtomically(path, content), IsOk());
+    const std::string written = JoinPath(folder.toy.folder, "actions.txt");
+
+    const Outcome outcome =
+        RunScript(folder.bundle, folder.toy.folder, Normal(kSelf, 1),
+                  Normal(kWidth, 2), written);
+
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.output,
+                HasSubstr(absl::StrCat(path, ": SHA-256: expected")));
+    EXPECT_FALSE(FileExists(written));
+  }
+}
+
 TEST(Sample, MovesTheBodyByThePriorAndSaysWhereItsRootIs) {
   const LatentFolder folder;
 
