@@ -225,9 +225,15 @@ void Judge(const ImportOptions& options, ClipReport* report) {
         "no known skeleton map fits; one was drafted from joint names and "
         "rest pose";
   }
-  if (report->verdict.status == ClipStatus::kRejected) {
+  if (!(report->duration_s >= kShortestSeconds)) {
+    verdict.status = ClipStatus::kRejected;
+    verdict.reason = absl::StrFormat("length %.3g s, expected at least %g s",
+                                     report->duration_s, kShortestSeconds);
+    verdict.findings.insert(verdict.findings.begin(), verdict.reason);
+  }
+  if (verdict.status == ClipStatus::kRejected) {
     report->status = absl::FailedPreconditionError(
-        absl::StrCat(report->file, ": ", report->verdict.reason));
+        absl::StrCat(report->file, ": ", verdict.reason));
   }
 }
 

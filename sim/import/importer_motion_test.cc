@@ -20,6 +20,7 @@ namespace {
 
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
+using ::sinew::testing::TestPath;
 using ::sinew::testing::WriteTestFile;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -152,6 +153,24 @@ TEST_F(ImporterMotionTest, SecondsAreThoseThatTrimmingLeaves) {
   EXPECT_NEAR(reports_[0].duration_s, 0.5, 0.05);
   EXPECT_NEAR(reports_[0].duration_s,
               static_cast<double>(library->clip(0).num_frames()) / 30, 1e-9);
+}
+
+TEST_F(ImporterMotionTest, RejectsAClipThatIsOverBeforeABodyCanFall) {
+  options_.edits.from_s = 0.2;
+  options_.edits.to_s = 0.3;
+
+  EXPECT_THAT(ImportFiles(*character_,
+                          {WriteTestFile("march.txt", testing::MarchJson())},
+                          options_, TestPath("short"), &reports_),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected at least one clip")));
+
+  ASSERT_THAT(reports_, SizeIs(1));
+  EXPECT_EQ(reports_[0].verdict.status, ClipStatus::kRejected);
+  EXPECT_THAT(reports_[0].status,
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("march.txt: length 0.1")));
+  EXPECT_THAT(reports_[0].verdict.reason, HasSubstr("expected at least 0.2 s"));
 }
 
 }  // namespace

@@ -22,6 +22,10 @@ namespace sinew::import {
 // the wrong units. Warnings begin where clips still train but are worth a look:
 // at about the worst tenth of good recordings.
 
+// A clip shorter than this is rejected whatever its figures say: it is over
+// before a body can fall, so whoever tracks it succeeds.
+inline constexpr double kShortestSeconds = 0.2;
+
 enum class ClipStatus { kOk, kWarned, kRejected };
 
 // "ok", "warned", "rejected".

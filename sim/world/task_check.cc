@@ -1,6 +1,8 @@
 #include "sim/world/task_check.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -55,6 +57,24 @@ absl::Status CheckNames(const char* field,
   return absl::OkStatus();
 }
 
+// From the current frame to the farthest one ahead.
+absl::Status CheckWindow(const v1::Observation& observation,
+                         const v1::MotionLibrary& library) {
+  int32_t ahead = 1;
+  for (const int32_t frames : observation.frames_ahead()) {
+    ahead = std::max(ahead, frames);
+  }
+  for (const v1::ClipInfo& clip : library.clips()) {
+    if (clip.loops() || clip.num_frames() > ahead) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "motion library clip \"", clip.name(), "\": expected at least ",
+        int64_t{ahead} + 1,
+        " frames, the window of task.observation.frames_ahead, found ",
+        clip.num_frames(), "; import the library without it"));
+  }
+  return absl::OkStatus();
+}
+
 std::string BodyName(const mjModel* model, int body) {
   const char* name = mj_id2name(model, mjOBJ_BODY, body);
   return name == nullptr ? "" : name;
@@ -83,7 +103,8 @@ absl::Status CheckTask(const v1::Recipe& recipe,
   for (int id : character.foot_bodies()) feet.push_back(BodyName(model, id));
   SINEW_RETURN_IF_ERROR(CheckNames("joints", joints, manifest.joints()));
   SINEW_RETURN_IF_ERROR(CheckNames("bodies", bodies, manifest.bodies()));
-  return CheckNames("feet", feet, manifest.feet());
+  SINEW_RETURN_IF_ERROR(CheckNames("feet", feet, manifest.feet()));
+  return CheckWindow(recipe.task().observation(), manifest);
 }
 
 }  // namespace sinew::world
