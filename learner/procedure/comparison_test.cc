@@ -112,9 +112,9 @@ TEST(Compare, CountsTheSamplesOfBothSides) {
   const auto both = Compare(history.finished);
 
   ASSERT_TRUE(both.has_value());
-  EXPECT_EQ(both->procedure.stage, 0);
+  EXPECT_EQ(both->procedure.stage, 2);       // which recovers
   EXPECT_EQ(both->procedure.samples, 1920);  // 3 * 640
-  EXPECT_EQ(both->procedure.failed, 1);
+  EXPECT_EQ(both->procedure.failed, 2);
   EXPECT_EQ(both->single.stage, 3);
   EXPECT_EQ(both->single.samples, 1940);  // 640 + 1300
   EXPECT_EQ(both->single.failed, 3);

@@ -327,8 +327,13 @@ Decision NextStage(const v1::Procedure& procedure,
 }
 
 int ResultStage(absl::Span<const FinishedStage> finished) {
-  size_t best = 0;
-  for (size_t i = 0; i < finished.size(); ++i) {
+  // Stages that recover come after all that only track.
+  size_t first = 0;
+  for (size_t i = finished.size(); i-- > 0;) {
+    if (finished[i].stage.kind == StageKind::kRecovery) first = i;
+  }
+  size_t best = first;
+  for (size_t i = first; i < finished.size(); ++i) {
     if (finished[i].stage.kind == StageKind::kSingle) continue;
     if (finished[i].failed.size() <= finished[best].failed.size()) best = i;
   }

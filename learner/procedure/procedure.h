@@ -114,7 +114,8 @@ Decision NextStage(const v1::Procedure& procedure,
 
 // Index of the stage that the procedure came to, of at least one: that which
 // fails the fewest clips, the latest of equals, so that a composer has to be
-// worth it. Never kSingle.
+// worth it. Where one was trained to recover, only it and the composer count:
+// a policy that does not get up is not what was asked for. Never kSingle.
 int ResultStage(absl::Span<const FinishedStage> finished);
 
 // What the finished stages of the procedure took: all but kSingle.

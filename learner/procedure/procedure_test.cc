@@ -238,13 +238,29 @@ TEST(NextStage, EndsAfterTheComposer) {
 
 TEST(NextStage, PrefersAPrimitiveToAComposerThatFailsMore) {
   History history;
-  history.Finish({});
+  history.procedure.set_recovery_samples(0);
+  history.procedure.set_learnable_share(0);
+  history.Finish({"d"});
+  history.Finish({"d"});
   history.Finish({"a"});
-  history.Finish({"c"});
+  ASSERT_EQ(history.Next().next->kind, StageKind::kComposer);
+  history.Finish({"a", "b"});
 
   EXPECT_THAT(history.Next().reason,
-              HasSubstr("its policy is that of primitive_0, which fails 0"));
-  EXPECT_EQ(ResultStage(history.finished), 0);
+              HasSubstr("its policy is that of primitive_1, which fails 1"));
+  EXPECT_EQ(ResultStage(history.finished), 2);
+}
+
+TEST(NextStage, PrefersWhatRecoversToAPrimitiveThatFailsLess) {
+  History history;
+  history.Finish({});
+  history.Finish({"a"});
+  EXPECT_EQ(ResultStage(history.finished), 1);
+  history.Finish({"a", "c"});
+
+  EXPECT_THAT(history.Next().reason,
+              HasSubstr("its policy is that of recovery, which fails 1"));
+  EXPECT_EQ(ResultStage(history.finished), 1);
 }
 
 TEST(NextStage, EndsWithoutAComposerIfNoneIsAskedFor) {
@@ -259,7 +275,7 @@ TEST(NextStage, EndsWithoutAComposerIfNoneIsAskedFor) {
 
   EXPECT_EQ(decision.next, std::nullopt);
   EXPECT_THAT(decision.reason, AllOf(HasSubstr("composer_samples = 0"),
-                                     HasSubstr("that of primitive_0, ")));
+                                     HasSubstr("that of recovery, ")));
 }
 
 TEST(NextStage, NamesTwentyClipsAndCountsTheOthers) {
