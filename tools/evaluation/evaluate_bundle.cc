@@ -30,12 +30,15 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
   SINEW_ASSIGN_OR_RETURN(Evaluation evaluation,
                          Evaluate(loaded.subject, options, stop));
   evaluation.fallen = fallen;
+  const auto rejected =
+      RejectedClips(motions, loaded.subject.library().manifest().clips_size());
   const EvaluationSource source = {
       .bundle = bundle,
       .manifest_sha256 = loaded.manifest.manifest_sha256(),
       .motions = motions,
-      .rejected_clips = RejectedClips(
-          motions, loaded.subject.library().manifest().clips_size()),
+      .rejected_clips = rejected
+                            ? std::optional(static_cast<int>(rejected->size()))
+                            : std::nullopt,
       .clip_uses = bundle::ClipUsesOf(loaded.manifest.provenance())};
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       out, EvaluationJson(loaded.subject, options, source, evaluation)));

@@ -3,10 +3,18 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace sinew::evaluation {
 
-// How many clips the import of a library turned away after it had measured
+struct RejectedClip {
+  std::string name;
+  std::string reason;  // the gravest
+
+  bool operator==(const RejectedClip&) const = default;
+};
+
+// The clips that the import of a library turned away after it had measured
 // them, by report.json in its folder (sim/import/clip_report.h): success over
 // everything imported counts them as failed. Files that are no motions are not
 // among them. Unset where there is no report, or one of another library: as
@@ -14,7 +22,8 @@ namespace sinew::evaluation {
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
 // none.
-std::optional<int> RejectedClips(const std::string& library, int clips);
+std::optional<std::vector<RejectedClip>> RejectedClips(
+    const std::string& library, int clips);
 
 }  // namespace sinew::evaluation
 

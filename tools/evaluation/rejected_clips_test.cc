@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/testing/test_files.h"
 
@@ -17,10 +18,11 @@ TEST(RejectedClips, AreThoseThatWereMeasuredAndTurnedAway) {
   WriteTestFile("library/report.json", R"({"clips": [
     {"name": "walk", "status": "ok", "frames": 30},
     {"name": "run", "status": "warned", "frames": 30},
-    {"name": "fly", "status": "rejected", "frames": 30},
+    {"name": "fly", "status": "rejected", "frames": 30, "reason": "no floor"},
     {"name": "readme", "status": "rejected"}]})");
 
-  EXPECT_EQ(RejectedClips(TestPath("library"), 2), 1);
+  const std::vector<RejectedClip> expected = {{"fly", "no floor"}};
+  EXPECT_EQ(RejectedClips(TestPath("library"), 2), expected);
 }
 
 TEST(RejectedClips, AreUnknownWithoutAReportOfThisLibrary) {

@@ -8,15 +8,21 @@
 #include "absl/types/span.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
+#include "common/logging.h"
 #include "common/status_macros.h"
+#include "sim/import/quality_gate.h"
 #include "sim/motion/library.h"
 #include "sim/world/start.h"
+#include "tools/evaluation/rejected_clips.h"
 
 namespace sinew::tools {
 namespace {
 
 // Of ProcedureRecord::assets.
 constexpr char kInitRole[] = "init";
+
+// Of all clips; more should be somebody's decision.
+constexpr double kMostCleanedShare = 0.1;
 
 }  // namespace
 
@@ -41,6 +47,34 @@ ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
   record.library_clips = library.clips_size();
   record.trained_on_clips = static_cast<int>(inputs.trained_on.size());
   return inputs;
+}
+
+absl::Status CheckClean(const v1::MotionLibrary& library) {
+  for (const v1::ClipInfo& clip : library.clips()) {
+    const import::Verdict verdict = import::JudgeQuality(clip.quality());
+    if (verdict.status != import::ClipStatus::kRejected) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "motion library clip \"", clip.name(), "\": ", verdict.reason,
+        "; import the library again, which leaves such clips out"));
+  }
+  return absl::OkStatus();
+}
+
+std::optional<std::map<std::string, std::string>> CleanedAway(
+    const std::string& motions, int clips) {
+  const auto rejected = evaluation::RejectedClips(motions, clips);
+  if (!rejected) return std::nullopt;
+  std::map<std::string, std::string> cleaned;
+  for (const evaluation::RejectedClip& clip : *rejected) {
+    cleaned[clip.name] = clip.reason;
+  }
+  const int all = clips + static_cast<int>(rejected->size());
+  if (static_cast<double>(rejected->size()) > kMostCleanedShare * all) {
+    LogWarning(
+        "the import turned many clips away, see its report",
+        {{"library", motions}, {"rejected", rejected->size()}, {"of", all}});
+  }
+  return cleaned;
 }
 
 absl::Status CheckSameInputs(const ProcedureRecord& found,

@@ -1,12 +1,15 @@
 #ifndef SINEW_TOOLS_TRAINING_PROCEDURE_INPUTS_H_
 #define SINEW_TOOLS_TRAINING_PROCEDURE_INPUTS_H_
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "learner/procedure/procedure.h"
+#include "proto/sinew/v1/motion.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "tools/training/procedure_record.h"
 #include "tools/training/task_setup.h"
@@ -26,6 +29,17 @@ struct ProcedureInputs {
 ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
                                     const TaskSetup& setup,
                                     const std::string& init_sha256);
+
+// Whether a procedure may begin on the library: FAILED_PRECONDITION naming the
+// first clip whose figures are beyond the import's limits
+// (sim/import/quality_gate.h). Pure.
+absl::Status CheckClean(const v1::MotionLibrary& library);
+
+// What the import of the library in the folder `motions`, of `clips` clips, has
+// turned away, and why; unset where it has no report. Logs a warning above a
+// tenth of all clips. Blocks on the disk.
+std::optional<std::map<std::string, std::string>> CleanedAway(
+    const std::string& motions, int clips);
 
 // FAILED_PRECONDITION naming the run's folder and what differs between the
 // record that lies there and that of a procedure of the same inputs. What

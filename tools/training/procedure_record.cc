@@ -149,6 +149,10 @@ absl::StatusOr<ProcedureRecord> RecordOf(const Json& json) {
   record.library_clips = clips.at("library").get<int>();
   record.trained_on_clips = clips.at("trained_on").get<int>();
   record.left_out_clips = clips.at("left_out").get<int>();
+  if (clips.contains("cleaned_away")) {
+    record.cleaned_away =
+        clips.at("cleaned_away").get<std::map<std::string, std::string>>();
+  }
   const Json& decisions = json.at("decisions");
   const Json& stages = json.at("stages");
   for (size_t i = 0; i < stages.size(); ++i) {
@@ -204,6 +208,9 @@ std::string PrintProcedure(const ProcedureRecord& record) {
                {"train_seconds", cost.train_seconds},
                {"decisions", decisions},
                {"stages", stages}};
+  if (record.cleaned_away) {
+    json["clips"]["cleaned_away"] = *record.cleaned_away;
+  }
   if (record.end) {
     json["end"] = {{"evidence", EvidenceJson(record.end->evidence)}};
   }

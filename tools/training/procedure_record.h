@@ -19,7 +19,9 @@ namespace sinew::tools {
 //   recipe_sha256    of the recipe's canonical text
 //   assets           SHA-256 of character, model and, if there was an --init,
 //                    its bundle's manifest; digest of the library
-//   clips            {library, trained_on, left_out}: how many
+//   clips            {library, trained_on, left_out}: how many; cleaned_away:
+//                    clips that the import turned away, by name, and why;
+//                    absent where the library has no report
 //   over             whether the last decision ends the procedure
 //   samples, train_seconds
 //                    of all finished stages but that of kind "single"
@@ -61,6 +63,7 @@ struct ProcedureRecord {
   int library_clips = 0;
   int left_out_clips = 0;
   int trained_on_clips = 0;
+  std::optional<std::map<std::string, std::string>> cleaned_away = {};
   std::vector<Entry> stages;
   // Why the procedure is over; unset: it is not.
   std::optional<learner::Decision> end;

@@ -28,6 +28,7 @@ ProcedureRecord MakeRecord() {
   record.library_clips = 5;
   record.trained_on_clips = 4;
   record.left_out_clips = 1;
+  record.cleaned_away.emplace()["fly"] = "no floor";
   record.stages.resize(2);
   ProcedureRecord::Entry& first = record.stages[0];
   first.directory = "stages/00_primitive_0";
@@ -65,6 +66,7 @@ TEST(ProcedureRecord, IsReadBackAsItWasWritten) {
 
   ASSERT_THAT(found, IsOk());
   EXPECT_EQ(PrintProcedure(*found), PrintProcedure(record));
+  EXPECT_EQ(found->cleaned_away, record.cleaned_away);
   ASSERT_THAT(found->stages, SizeIs(2));
   EXPECT_EQ(found->stages[1].decision.next, record.stages[1].decision.next);
   EXPECT_EQ(found->stages[1].decision.evidence,

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -20,8 +22,11 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Optional;
+using ::testing::Pair;
 using ::testing::SizeIs;
 
 TEST_F(ProcedureRunTest, PassesOnWhatATrainingFailedWith) {
@@ -36,6 +41,42 @@ TEST_F(ProcedureRunTest, PassesOnWhatATrainingFailedWith) {
 
   ASSERT_THAT(Run(steps), IsOk());
   EXPECT_EQ(File("bundle/weights"), kComposed);
+}
+
+TEST_F(ProcedureRunTest, RefusesALibraryThatIsNotClean) {
+  const std::string file = JoinPath(toy_.library_folder, "manifest.json");
+  auto manifest = nlohmann::json::parse(*ReadFile(file));
+  manifest["clips"][1]["quality"]["penetration_max_m"] = 0.25;
+  ASSERT_THAT(WriteFileAtomically(file, manifest.dump()), IsOk());
+  MadeUpSteps steps;
+
+  EXPECT_THAT(Run(steps),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("clip \"sway\": largest depth below "
+                                       "the floor 25 cm, limit 10"),
+                             HasSubstr("import the library again"))));
+
+  EXPECT_THAT(steps.trained(), IsEmpty());
+}
+
+TEST_F(ProcedureRunTest, SaysWhatWasCleanedAwayAndWhy) {
+  MadeUpSteps some(2), others;
+  ASSERT_THAT(Run(some), IsOk());
+  EXPECT_EQ(Record().cleaned_away, std::nullopt);  // no report: not known
+  UseRun("other");
+  ASSERT_THAT(
+      WriteFileAtomically(JoinPath(toy_.library_folder, "report.json"), R"(
+          {"clips": [{"name": "turn", "status": "ok", "frames": 30},
+                     {"name": "sway", "status": "ok", "frames": 30},
+                     {"name": "tumble", "status": "ok", "frames": 30},
+                     {"name": "fly", "status": "rejected", "frames": 30,
+                      "reason": "no floor"}]})"),
+      IsOk());
+
+  ASSERT_THAT(Run(others), IsOk());
+
+  EXPECT_THAT(Record().cleaned_away,
+              Optional(ElementsAre(Pair("fly", "no floor"))));
 }
 
 TEST_F(ProcedureRunTest, RefusesAnotherRecipe) {

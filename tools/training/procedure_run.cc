@@ -347,8 +347,12 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
       SetUpTask(TaskOf(options.recipe), options.character, options.motions));
+  SINEW_RETURN_IF_ERROR(CheckClean(setup.library->manifest()));
   SINEW_ASSIGN_OR_RETURN(const std::string init, InitDigest(options));
-  return MakeProcedureInputs(options.recipe, setup, init);
+  ProcedureInputs inputs = MakeProcedureInputs(options.recipe, setup, init);
+  inputs.record.cleaned_away =
+      CleanedAway(options.motions, inputs.record.library_clips);
+  return inputs;
 }
 
 }  // namespace
