@@ -42,6 +42,8 @@ void AddCardCommand(CLI::App& app, Action& action) {
   command->add_option("--eval", card.eval, "what `sinew eval` wrote of it");
   command->add_option("--fallen", card.fallen,
                       "another such file, with --fallen starts");
+  command->add_option("--samples", card.samples,
+                      "what `sinew sample` wrote of its prior");
   command->add_option("--run", card.run, "run directory that it comes from");
   command->add_option("--command", card.command,
                       "that trained it (default: what the recipe amounts to)");

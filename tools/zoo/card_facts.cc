@@ -1,6 +1,7 @@
 #include "tools/zoo/card_facts.h"
 
 #include <memory>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -36,14 +37,19 @@ std::string StringAt(const Json& file, const char* object, const char* key) {
   return inner->get<std::string>();
 }
 
-// What `sinew eval` wrote of this bundle.
-absl::StatusOr<Json> ReadEvaluation(const std::string& path,
-                                    const v1::BundleManifest& manifest) {
+absl::StatusOr<Json> ReadObject(const std::string& path) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   Json file = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!file.is_object()) {
     return UnfitField(path, "file", "a JSON object", "something else");
   }
+  return file;
+}
+
+// What `sinew eval` wrote of this bundle.
+absl::StatusOr<Json> ReadEvaluation(const std::string& path,
+                                    const v1::BundleManifest& manifest) {
+  SINEW_ASSIGN_OR_RETURN(Json file, ReadObject(path));
   const std::string found = StringAt(file, "bundle", "manifest_sha256");
   if (found != manifest.manifest_sha256()) {
     return UnfitField(path, "bundle.manifest_sha256",
@@ -75,6 +81,25 @@ absl::Status ReadEvaluations(const CardOptions& options, CardFacts* facts) {
                       "an object (sinew eval --fallen)", "none");
   }
   facts->fallen = file["fallen"];
+  return absl::OkStatus();
+}
+
+// What `sinew sample` wrote of this bundle, beside this library.
+absl::Status ReadSamples(const std::string& path, CardFacts* facts) {
+  SINEW_ASSIGN_OR_RETURN(Json file, ReadObject(path));
+  const Json digest = file.value("manifest_sha256", Json());
+  const std::string& expected = facts->bundle.manifest.manifest_sha256();
+  if (digest != expected) {
+    return UnfitField(path, "manifest_sha256", expected, digest.dump());
+  }
+  const std::string library = StringAt(file, "library", "sha256");
+  if (library != facts->library_sha256) {
+    return UnfitField(path, "library.sha256", facts->library_sha256, library);
+  }
+  if (!file.value("ways", Json()).is_array()) {
+    return UnfitField(path, "ways", "an array", "none");
+  }
+  facts->samples = std::move(file);
   return absl::OkStatus();
 }
 
@@ -159,6 +184,9 @@ absl::StatusOr<CardFacts> ReadCardFacts(const CardOptions& options,
   facts.library = library->manifest();
   facts.library_sha256 = library->digest();
   SINEW_RETURN_IF_ERROR(ReadEvaluations(options, &facts));
+  if (!options.samples.empty()) {
+    SINEW_RETURN_IF_ERROR(ReadSamples(options.samples, &facts));
+  }
   facts.run = FactsOfManifest(facts.bundle.manifest.provenance());
   if (!options.run.empty()) {
     SINEW_RETURN_IF_ERROR(AddRun(options.run, clock, &facts.run));

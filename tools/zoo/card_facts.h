@@ -19,6 +19,7 @@ struct CardOptions {
   std::string motions;  // library folder
   std::string eval;     // what `sinew eval` wrote; empty: none
   std::string fallen;   // the same with fallen starts; empty: `eval`'s, if any
+  std::string samples;  // what `sinew sample` wrote; empty: none
   std::string run;      // run directory, of a procedure too; empty: none
   std::string command;  // that trained; empty: what the recipe amounts to
   std::string machine;  // in words; empty: what the run says
@@ -44,6 +45,7 @@ struct CardFacts {
   std::string library_sha256;
   nlohmann::json evaluation;  // null: none
   nlohmann::json fallen;      // its object `fallen`; null: none
+  nlohmann::json samples;     // of its prior; null: none
   RunFacts run;               // without a run: what the manifest says
   std::string command;
   std::string machine;
@@ -53,8 +55,8 @@ struct CardFacts {
 //
 // Thread-safety: any thread. Ownership: none kept. Blocking: on the disk.
 // Errors: those of ReadBundle, CheckBundleBytes and Library::Load;
-// INVALID_ARGUMENT naming file and field, expected and found: an evaluation of
-// another bundle or library, a run without rows.
+// INVALID_ARGUMENT naming file and field, expected and found: an evaluation or
+// samples of another bundle or library, a run without rows.
 absl::StatusOr<CardFacts> ReadCardFacts(const CardOptions& options,
                                         const Clock& clock);
 

@@ -108,6 +108,38 @@ std::string FallenText(const Json& fallen) {
   return text;
 }
 
+// A share as a cell; "-": it is not known.
+std::string ShareCell(const Json& way, const char* field) {
+  const Json share = way.value(field, Json());
+  if (!share.is_number()) return "-";
+  return absl::StrFormat("%.1f %%", 100 * share.get<double>());
+}
+
+std::string SamplesText(const Json& samples) {
+  if (!samples.is_object()) return "";
+  std::string text = absl::StrFormat(
+      "\nIts prior alone, %g s from starts `%s`, of %d transitions of the "
+      "library (threshold %g):\n\n"
+      "| | samples | upright at the end | got up | covered | of what tracking "
+      "covers |\n|---|---|---|---|---|---|\n",
+      NumberAt(samples, {"seconds"}), samples.value("start", ""),
+      static_cast<int64_t>(NumberAt(samples, {"library", "transitions"})),
+      NumberAt(samples, {"library", "threshold"}));
+  for (const Json& way : samples["ways"]) {
+    const Json transitions = way.value("transitions", Json::object());
+    absl::StrAppend(&text, "| ", evaluation::TableCell(way.value("name", "")),
+                    " | ", static_cast<int64_t>(NumberAt(way, {"samples"})),
+                    " | ", ShareCell(way, "upright_share"), " | ",
+                    ShareCell(way, "got_up_share"), " | ",
+                    ShareCell(transitions, "coverage"), " | ",
+                    ShareCell(way, "student_coverage"), " |\n");
+  }
+  absl::StrAppend(&text,
+                  "\nUpright: of the samples that began so; got up: of the "
+                  "others; -: none, or not measured.\n");
+  return text;
+}
+
 // Clips that the library leaves out and the bundle says were trained on all the
 // same, as where it was trained with another library.
 int SeenOfLeftOut(const CardFacts& facts) {
@@ -154,7 +186,7 @@ absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
   } else {
     absl::StrAppend(&text, "Not evaluated.\n");
   }
-  absl::StrAppend(&text, FallenText(facts.fallen));
+  absl::StrAppend(&text, FallenText(facts.fallen), SamplesText(facts.samples));
   return text;
 }
 

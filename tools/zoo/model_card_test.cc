@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "common/clock.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
@@ -94,8 +95,56 @@ TEST_F(ModelCardTest, SaysWhatTheBundleIsAndWhichClipsFail) {
                            HasSubstr("--starts 1 --seconds 0.5")));
   EXPECT_THAT(*card, AllOf(HasSubstr("sinew_open(\"bundle\""),
                            HasSubstr("bundle/policy.onnx")));
+  // With its figures and its recipe it is an entry of zoo/.
   ASSERT_THAT(WriteFileAtomically(Path("entry/CARD.md"), *card), IsOk());
+  ASSERT_THAT(WriteFileAtomically(Path("entry/eval.json"),
+                                  absl::StrReplaceAll(*ReadFile(options_.eval),
+                                                      {{toy_.folder, "lib"}})),
+              IsOk());
+  ASSERT_THAT(WriteFileAtomically(Path("entry/recipe.textproto"),
+                                  PrintRecipe(toy_.recipe)),
+              IsOk());
   EXPECT_THAT(CheckZooEntry(Path("entry")), IsOk());
+}
+
+TEST_F(ModelCardTest, SaysWhatThePriorDoes) {
+  const auto bundle = bundle::ReadBundle(options_.bundle);
+  ASSERT_THAT(bundle, IsOk());
+  const auto library = motion::Library::Load(options_.motions);
+  ASSERT_THAT(library, IsOk());
+  options_.samples = Path("samples.json");
+  const auto write = [&](const std::string& digest, const std::string& of) {
+    EXPECT_THAT(
+        WriteFileAtomically(
+            options_.samples,
+            absl::StrCat(
+                R"({"manifest_sha256": ")", digest,
+                R"(", "start": "standing", "seconds": 10, "library": {"sha256":
+                ")",
+                of, R"(", "transitions": 120, "threshold": 0.5}, "ways": [
+                {"name": "noise 0.5", "samples": 256, "upright_share": 0.75,
+                 "got_up_share": null, "transitions": {"coverage": 0.5},
+                 "student_coverage": 0.8125}]})")),
+        IsOk());
+  };
+  write(bundle->manifest.manifest_sha256(), (*library)->digest());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card,
+              AllOf(HasSubstr("10 s from starts `standing`, of 120 "
+                              "transitions of the library (threshold 0.5)"),
+                    HasSubstr("| noise 0.5 | 256 | 75.0 % | - | 50.0 % | "
+                              "81.2 % |")));
+
+  write("ab", (*library)->digest());
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               AllOf(HasSubstr("samples.json"),
+                                     HasSubstr("manifest_sha256"))));
+  write(bundle->manifest.manifest_sha256(), "cd");
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr("library.sha256")));
 }
 
 TEST_F(ModelCardTest, SaysThatNothingWasEvaluated) {

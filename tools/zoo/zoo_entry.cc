@@ -1,12 +1,15 @@
 #include "tools/zoo/zoo_entry.h"
 
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
@@ -14,31 +17,81 @@
 namespace sinew::zoo {
 namespace {
 
-// A figure's file, if it is there: of this bundle, with paths that mean
-// something elsewhere.
-absl::Status CheckFigures(const std::string& file, const std::string& digest) {
-  const absl::StatusOr<std::string> text = ReadFile(file);
-  if (absl::IsNotFound(text.status())) return absl::OkStatus();
-  SINEW_RETURN_IF_ERROR(text.status());
+// "a.b" of "/a/b".
+std::string FieldOf(const char* pointer) {
+  return absl::StrReplaceAll(pointer + 1, {{"/", "."}});
+}
+
+using Pointer = nlohmann::json::json_pointer;
+
+// A file of figures of this bundle: what `digest_at` points to is its digest,
+// and what `paths_at` point to means something elsewhere.
+absl::Status CheckFigures(const std::string& file, const std::string& digest,
+                          const char* digest_at,
+                          std::initializer_list<const char*> paths_at) {
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
   const nlohmann::json figures =
-      nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
-  const nlohmann::json::json_pointer of("/bundle/manifest_sha256");
+      nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const Pointer of(digest_at);
   if (!figures.is_object() || !figures.contains(of) ||
       figures[of] != nlohmann::json(digest)) {
     return absl::FailedPreconditionError(
-        absl::StrCat(file, ": bundle.manifest_sha256: expected ", digest,
+        absl::StrCat(file, ": ", FieldOf(digest_at), ": expected ", digest,
                      ", found none or another"));
   }
-  for (const char* subject : {"bundle", "library"}) {
-    const nlohmann::json::json_pointer at(absl::StrCat("/", subject, "/path"));
+  for (const char* path_at : paths_at) {
+    const Pointer at(path_at);
     if (!figures.contains(at) || !figures[at].is_string()) continue;
     const auto path = figures[at].get<std::string>();
     if (!path.starts_with('/')) continue;
     return absl::FailedPreconditionError(absl::StrCat(
-        file, ": ", subject,
-        ".path: expected a path relative to the project, found ", path));
+        file, ": ", FieldOf(path_at),
+        ": expected a path relative to the project, found ", path));
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckEvaluation(const std::string& file,
+                             const std::string& digest) {
+  return CheckFigures(file, digest, "/bundle/manifest_sha256",
+                      {"/bundle/path", "/library/path"});
+}
+
+absl::Status CheckChapters(const std::string& file, const std::string& card) {
+  for (const char* chapter :
+       {"## Trained on", "## Training", "## Metrics", "## Limitations",
+        "## How to make it again", "## How to load it"}) {
+    if (absl::StrContains(card, absl::StrCat("\n", chapter, "\n"))) continue;
+    return absl::FailedPreconditionError(
+        absl::StrCat(file, ": expected a chapter \"", chapter,
+                     "\", found none (sinew card)"));
+  }
+  if (!absl::StrContains(card, "| zero action")) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        file,
+        ": expected figures beside the zero action's, found none (sinew "
+        "card --eval)"));
+  }
+  return absl::OkStatus();
+}
+
+// Files beside bundle and card.
+absl::Status CheckFiles(const std::string& folder,
+                        const v1::BundleManifest& manifest) {
+  const std::string& digest = manifest.manifest_sha256();
+  SINEW_RETURN_IF_ERROR(CheckEvaluation(JoinPath(folder, "eval.json"), digest));
+  const std::string fallen = JoinPath(folder, "fallen.json");
+  if (FileExists(fallen)) {
+    SINEW_RETURN_IF_ERROR(CheckEvaluation(fallen, digest));
+  }
+  if (manifest.latent_width() > 0) {
+    SINEW_RETURN_IF_ERROR(CheckFigures(JoinPath(folder, "samples.json"), digest,
+                                       "/manifest_sha256",
+                                       {"/bundle", "/library/motions"}));
+  }
+  const std::string recipe = JoinPath(folder, "recipe.textproto");
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(recipe));
+  return ParseRecipe(text, recipe).status();
 }
 
 }  // namespace
@@ -79,9 +132,8 @@ absl::Status CheckZooEntry(const std::string& folder) {
         absl::StrCat(file, ": expected the digest of the bundle's manifest, ",
                      digest, ", found none or another"));
   }
-  for (const char* figures : {"eval.json", "fallen.json"}) {
-    SINEW_RETURN_IF_ERROR(CheckFigures(JoinPath(folder, figures), digest));
-  }
+  SINEW_RETURN_IF_ERROR(CheckChapters(file, card));
+  SINEW_RETURN_IF_ERROR(CheckFiles(folder, bundle.manifest));
   const auto& licences = bundle.manifest.provenance().data_licences();
   if (licences.empty()) {
     return absl::FailedPreconditionError(absl::StrCat(

@@ -13,10 +13,14 @@ namespace sinew::zoo {
 //
 //   zoo/NAME/bundle/   a bundle of at most kMostBundleBytes
 //   zoo/NAME/CARD.md   its model card (model_card.h): names the digest of the
-//                      bundle's manifest and every licence of its clips
+//                      bundle's manifest and every licence of its clips, and
+//                      has every chapter and figures
+//   zoo/NAME/eval.json what `sinew eval` says of this very bundle, its paths
+//                      not absolute
+//   zoo/NAME/samples.json  the same of `sinew sample`, where it has a prior
+//   zoo/NAME/recipe.textproto  a recipe
 //
-// and may hold: eval.json and fallen.json (what `sinew eval` says of this very
-// bundle, its paths not absolute), recipe.textproto, state (README.md).
+// and may hold: fallen.json (as eval.json), state (README.md).
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
 // name the folder or file, expected and found.
@@ -29,9 +33,10 @@ absl::StatusOr<int64_t> FolderBytes(const std::string& folder);
 // The bytes of a bundle. FAILED_PRECONDITION: more than kMostBundleBytes.
 absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle);
 
-// Those of bundle::ReadBundle and CheckBundleBytes; NOT_FOUND: no card;
-// FAILED_PRECONDITION: the card or figures are of another bundle, figures name
-// an absolute path, or a licence is unknown or not named in the card.
+// Those of bundle::ReadBundle, CheckBundleBytes and ParseRecipe; NOT_FOUND: a
+// file that must be there is not; FAILED_PRECONDITION: the card or figures are
+// of another bundle, figures name an absolute path, the card lacks a chapter or
+// figures, or a licence is unknown or not named in it.
 absl::Status CheckZooEntry(const std::string& folder);
 
 }  // namespace sinew::zoo

@@ -7,10 +7,15 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/string_view.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
+#include "deploy/bundle/testing/toy_latent.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::zoo {
@@ -23,10 +28,27 @@ using ::testing::HasSubstr;
 
 constexpr auto kUnfit = absl::StatusCode::kFailedPrecondition;
 
-// A folder as zoo/ has them, whose card says what is asked for.
+constexpr char kChapters[] = R"(
+## Trained on
+
+## Training
+
+## Metrics
+
+| zero action | 0 |
+
+## Limitations
+
+## How to make it again
+
+## How to load it
+)";
+
+// A folder as zoo/ has them, but for its card.
 class ZooEntry : public ::testing::Test {
  protected:
-  ZooEntry() : toy_(world::testing::MakeToyWorld()) {
+  explicit ZooEntry(const v1::Recipe& recipe = world::testing::ToyRecipe())
+      : toy_(world::testing::MakeToyWorld(recipe)) {
     folder_ = JoinPath(toy_.folder, "entry");
     Write(bundle::testing::ToyContent(toy_));
   }
@@ -38,10 +60,14 @@ class ZooEntry : public ::testing::Test {
     const auto bundle = bundle::ReadBundle(JoinPath(folder_, "bundle"));
     ASSERT_THAT(bundle, IsOk());
     manifest_ = bundle->manifest;
+    WriteFile("eval.json", Figures(digest(), "library"));
+    WriteFile("recipe.textproto", PrintRecipe(toy_.recipe));
   }
-  void WriteCard(const std::string& text) const {
-    EXPECT_THAT(WriteFileAtomically(JoinPath(folder_, "CARD.md"), text),
-                IsOk());
+  void WriteFile(const std::string& name, const std::string& text) const {
+    EXPECT_THAT(WriteFileAtomically(JoinPath(folder_, name), text), IsOk());
+  }
+  void Remove(const std::string& name) const {
+    EXPECT_THAT(RemoveRecursively(JoinPath(folder_, name)), IsOk());
   }
   std::string Licences() const {
     std::string text;
@@ -50,69 +76,116 @@ class ZooEntry : public ::testing::Test {
     }
     return text;
   }
+  std::string Card() const {
+    return absl::StrCat(digest(), "\n", Licences(), kChapters);
+  }
+  static std::string Figures(absl::string_view of, absl::string_view library) {
+    return absl::StrCat(R"({"bundle": {"path": "bundle", "manifest_sha256": ")",
+                        of, R"("}, "library": {"path": ")", library, R"("}})");
+  }
+  const std::string& digest() const { return manifest_.manifest_sha256(); }
 
   const world::testing::ToyWorld toy_;
   std::string folder_;
   v1::BundleManifest manifest_;
 };
 
-TEST_F(ZooEntry, IsABundleAndACardThatNamesItAndItsLicences) {
-  WriteCard(absl::StrCat(manifest_.manifest_sha256(), "\n", Licences()));
-
+TEST_F(ZooEntry, IsABundleItsCardItsFiguresAndItsRecipe) {
+  WriteFile("CARD.md", Card());
   EXPECT_THAT(CheckZooEntry(folder_), IsOk());
+
+  WriteFile("recipe.textproto", "seed: none");
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("recipe.textproto")));
+  for (const char* file : {"recipe.textproto", "eval.json"}) {
+    Remove(file);
+    EXPECT_THAT(CheckZooEntry(folder_),
+                StatusIs(absl::StatusCode::kNotFound, HasSubstr(file)));
+  }
 }
 
 TEST_F(ZooEntry, NeedsACardOfThisBundle) {
   EXPECT_THAT(CheckZooEntry(folder_),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("CARD.md")));
-  WriteCard(Licences());
+  WriteFile("CARD.md", absl::StrCat(Licences(), kChapters));
+  EXPECT_THAT(
+      CheckZooEntry(folder_),
+      StatusIs(kUnfit, AllOf(HasSubstr("CARD.md"), HasSubstr(digest()))));
+}
+
+TEST_F(ZooEntry, NeedsEveryChapterAndFigures) {
+  for (const char* chapter :
+       {"## Trained on", "## Training", "## Metrics", "## Limitations",
+        "## How to make it again", "## How to load it"}) {
+    WriteFile("CARD.md", absl::StrReplaceAll(
+                             Card(), {{absl::StrCat(chapter, "\n"), "\n"}}));
+    EXPECT_THAT(CheckZooEntry(folder_), StatusIs(kUnfit, HasSubstr(chapter)));
+  }
+  WriteFile("CARD.md", absl::StrReplaceAll(Card(), {{"| zero action", "|"}}));
   EXPECT_THAT(CheckZooEntry(folder_),
-              StatusIs(kUnfit, AllOf(HasSubstr("CARD.md"),
-                                     HasSubstr(manifest_.manifest_sha256()))));
+              StatusIs(kUnfit, HasSubstr("expected figures")));
 }
 
 TEST_F(ZooEntry, NeedsEveryLicence) {
-  WriteCard(manifest_.manifest_sha256());
+  WriteFile("CARD.md", absl::StrCat(digest(), kChapters));
   EXPECT_THAT(CheckZooEntry(folder_),
               StatusIs(kUnfit, HasSubstr("expected the licence")));
 
   bundle::BundleContent content = bundle::testing::ToyContent(toy_);
   content.manifest.mutable_provenance()->add_data_licences("unknown");
   Write(content);
-  WriteCard(absl::StrCat(manifest_.manifest_sha256(), "\n", Licences()));
+  WriteFile("CARD.md", Card());
   EXPECT_THAT(CheckZooEntry(folder_),
               StatusIs(kUnfit, HasSubstr("found one that is unknown")));
 }
 
 TEST_F(ZooEntry, HasFiguresOfThisBundleWithoutPathsOfAMachine) {
-  const std::string digest = manifest_.manifest_sha256();
-  WriteCard(absl::StrCat(digest, "\n", Licences()));
-  const auto figures = [&](absl::string_view of, absl::string_view library) {
-    return absl::StrCat(R"({"bundle": {"path": "bundle", "manifest_sha256": ")",
-                        of, R"("}, "library": {"path": ")", library, R"("}})");
-  };
-
+  WriteFile("CARD.md", Card());
   for (const char* name : {"eval.json", "fallen.json"}) {
-    const std::string file = JoinPath(folder_, name);
-    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "library")), IsOk());
-    EXPECT_THAT(CheckZooEntry(folder_), IsOk());
-
     for (const std::string& other :
-         {figures("ab", "library"), std::string("{")}) {
-      ASSERT_THAT(WriteFileAtomically(file, other), IsOk());
+         {Figures("ab", "library"), std::string("{")}) {
+      WriteFile(name, other);
       EXPECT_THAT(CheckZooEntry(folder_),
                   StatusIs(kUnfit, AllOf(HasSubstr(name),
                                          HasSubstr("bundle.manifest_sha256"),
-                                         HasSubstr(digest))));
+                                         HasSubstr(digest()))));
     }
-    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "/home/library")),
-                IsOk());
+    WriteFile(name, Figures(digest(), "/home/library"));
     EXPECT_THAT(
         CheckZooEntry(folder_),
         StatusIs(kUnfit, AllOf(HasSubstr(name), HasSubstr("library.path"),
                                HasSubstr("found /home/library"))));
-    ASSERT_THAT(WriteFileAtomically(file, figures(digest, "library")), IsOk());
+    WriteFile(name, Figures(digest(), "library"));
+    EXPECT_THAT(CheckZooEntry(folder_), IsOk());
   }
+}
+
+class LatentZooEntry : public ZooEntry {
+ protected:
+  LatentZooEntry() : ZooEntry(bundle::testing::ToyLatentRecipe()) {
+    Write(bundle::testing::ToyLatentContent(toy_));
+    WriteFile("CARD.md", Card());
+  }
+  void WriteSamples(absl::string_view of, absl::string_view motions) const {
+    WriteFile(
+        "samples.json",
+        absl::StrCat(R"({"bundle": "bundle", "manifest_sha256": ")", of,
+                     R"(", "library": {"motions": ")", motions, R"("}})"));
+  }
+};
+
+TEST_F(LatentZooEntry, HasSamplesOfItsPrior) {
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("samples.json")));
+  WriteSamples("ab", "library");
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(kUnfit, HasSubstr("samples.json: manifest_sha256")));
+  WriteSamples(digest(), "/home/library");
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(kUnfit, HasSubstr("samples.json: library.motions")));
+  WriteSamples(digest(), "library");
+  EXPECT_THAT(CheckZooEntry(folder_), IsOk());
 }
 
 TEST_F(ZooEntry, IsNotLargerThanABundleMayBe) {
