@@ -129,16 +129,22 @@ TEST(Imitation, LooksAtNoMinibatchOfPpo) {
               IsOk());
 }
 
+TEST(Imitation, TakesTheBodiesForTheBodysOwnState) {
+  EXPECT_THAT(ValidateRecipe(MakeStudent({"task.observation.blocks=["
+                                          "self_bodies,reference_bodies]"})),
+              IsOk());
+}
+
 TEST(Imitation, CountsTheBodysOwnBlocks) {
   EXPECT_EQ(LeadingSelfBlocks(MakeRecipe({}).task().observation()), 1);
   EXPECT_EQ(
       LeadingSelfBlocks(
           MakeRecipe({"task.observation.blocks=[self_contact,previous_target,"
-                      "self_joint_space,reference_bodies,"
+                      "self_joint_space,self_bodies,reference_bodies,"
                       "reference_contact]"})
               .task()
               .observation()),
-      3);
+      4);
   EXPECT_EQ(LeadingSelfBlocks(
                 MakeRecipe({"task.observation.blocks=[reference_keypoints,"
                             "self_contact]"})
@@ -192,6 +198,11 @@ INSTANTIATE_TEST_SUITE_P(
                   "first, then those of the goal, at least one of each, since "
                   "network.latent is set, found \"2 own blocks, then 0 "
                   "others\""},
+        Violation{{"task.observation.blocks=[self_joint_space,"
+                   "reference_bodies,self_bodies]"},
+                  "task.observation.blocks: expected all of the body's own "
+                  "blocks before those of the goal, since network.latent is "
+                  "set, found \"BLOCK_SELF_BODIES\""},
         Violation{{"task.observation.blocks=[self_joint_space,"
                    "reference_difference,previous_target]"},
                   "task.observation.blocks: expected all of the body's own "

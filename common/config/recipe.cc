@@ -29,7 +29,8 @@ double FallenShare(const v1::Recovery& recovery) {
 bool IsSelfBlock(int block) {
   return block == v1::Observation::BLOCK_SELF_JOINT_SPACE ||
          block == v1::Observation::BLOCK_PREVIOUS_TARGET ||
-         block == v1::Observation::BLOCK_SELF_CONTACT;
+         block == v1::Observation::BLOCK_SELF_CONTACT ||
+         block == v1::Observation::BLOCK_SELF_BODIES;
 }
 
 int LeadingSelfBlocks(const v1::Observation& observation) {

@@ -27,6 +27,7 @@ TEST(RuntimeAllocation, NeitherResetNorStepTouchTheHeap) {
   for (int block = 1; block <= 5; ++block) {
     observation.add_blocks(static_cast<v1::Observation::Block>(block));
   }
+  observation.add_blocks(v1::Observation::BLOCK_SELF_BODIES);
   const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
   const std::string directory = JoinPath(toy.folder, "bundle");
   ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), directory),

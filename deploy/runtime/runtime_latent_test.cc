@@ -78,6 +78,35 @@ TEST(LatentRuntime, DecodedMeansAreTheStepsOfThePolicyBitForBit) {
   }
 }
 
+TEST(LatentRuntime, ItsStateAndGoalMayBeThoseOfBodies) {
+  v1::Recipe recipe = bundle::testing::ToyLatentRecipe();
+  v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+  observation.clear_blocks();
+  observation.add_blocks(v1::Observation::BLOCK_SELF_BODIES);
+  observation.add_blocks(v1::Observation::BLOCK_REFERENCE_BODIES);
+  const int own = 15 * 5 - 2;
+  LatentRig rig(recipe, {.self = own, .observation = own + 24 * 5});
+  ASSERT_EQ(rig.steered->self_observation_width(), own);
+  for (int step = 0; step < 10; ++step) {
+    SCOPED_TRACE(step);
+    ASSERT_THAT(rig.steered->Encode(rig.body->pose(), absl::MakeSpan(rig.mean),
+                                    absl::MakeSpan(rig.std)),
+                IsOk());
+    const auto steered = TargetOf(*rig.steered, rig.body->pose(), rig.mean);
+
+    ASSERT_THAT(rig.stepping->Step(rig.body->pose(), rig.body->target()),
+                IsOk());
+
+    EXPECT_EQ(steered, std::vector<double>(rig.body->target().begin(),
+                                           rig.body->target().end()));
+    ASSERT_THAT(rig.body->Step(), IsOk());
+  }
+  const auto fresh = *Runtime::Open(JoinPath(rig.toy.folder, "bundle"));
+  EXPECT_THAT(fresh->Sample(rig.body->pose(), Latent(kWidth),
+                            absl::MakeSpan(rig.target)),
+              IsOk());
+}
+
 TEST(LatentRuntime, GivenFramesAreEncodedAsTheyAreSteppedTo) {
   LatentRig rig;
   PoseBuffer frame(4);

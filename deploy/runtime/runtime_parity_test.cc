@@ -130,8 +130,9 @@ TEST(RuntimeParity, FollowsALibraryBitForBitAsAnActorDoes) {
   }
 }
 
-// Recovery on, goals in body space, drives of their own.
+// Recovery on, own state and goals in body space, drives of their own.
 void UseVariants(v1::Task& task) {
+  task.mutable_observation()->add_blocks(v1::Observation::BLOCK_SELF_BODIES);
   task.mutable_observation()->add_blocks(
       v1::Observation::BLOCK_REFERENCE_KEYPOINTS);
   task.mutable_observation()->add_blocks(

@@ -24,10 +24,11 @@ using ::testing::HasSubstr;
 
 // A bundle with a latent, opened, with a state to ask about.
 struct LatentHandle {
-  LatentHandle() {
-    const world::testing::ToyWorld toy =
-        world::testing::MakeToyWorld(bundle::testing::ToyLatentRecipe());
-    const std::string path = bundle::testing::WriteToyLatent(toy);
+  explicit LatentHandle(
+      const v1::Recipe& recipe = bundle::testing::ToyLatentRecipe(),
+      const bundle::testing::LatentWidths& widths = {}) {
+    const world::testing::ToyWorld toy = world::testing::MakeToyWorld(recipe);
+    const std::string path = bundle::testing::WriteToyLatent(toy, widths);
     policy = sinew_open(path.c_str(), nullptr, 0);
     EXPECT_EQ(sinew_load_library(policy, toy.library_folder.c_str()), 0);
     EXPECT_EQ(sinew_play(policy, "turn", 0, SINEW_ALIGN_NONE), 0);
@@ -169,6 +170,27 @@ TEST(CInterface, GivesWhatPriorAndDecoderSee) {
   EXPECT_EQ(sinew_self_observation(handle.policy, &handle.state, own.data(), 9),
             -1);
   EXPECT_THAT(sinew_error(handle.policy), HasSubstr("room for 33 numbers"));
+}
+
+TEST(CInterface, GivesBodiesWherePriorAndDecoderSeeThem) {
+  v1::Recipe recipe = bundle::testing::ToyLatentRecipe();
+  v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+  observation.clear_blocks();
+  observation.add_blocks(v1::Observation::BLOCK_SELF_BODIES);
+  observation.add_blocks(v1::Observation::BLOCK_REFERENCE_BODIES);
+  LatentHandle handle(recipe, {.self = 73, .observation = 73 + 24 * 5});
+  ASSERT_EQ(sinew_self_observation_width(handle.policy), 73);
+  std::vector<double> own(73);
+
+  ASSERT_EQ(sinew_self_observation(handle.policy, &handle.state, own.data(),
+                                   static_cast<int>(own.size())),
+            0);
+
+  EXPECT_FLOAT_EQ(own[0], handle.position[2]);  // the root's height
+  // Hips of the front legs: 0.4 m apart.
+  EXPECT_NEAR(std::hypot(own[1] - own[4], own[2] - own[5], own[3] - own[6]),
+              0.4, 1e-6);
+  EXPECT_FLOAT_EQ(own[73 - 5 * 6 + 2], handle.velocity[2]);  // the root's
 }
 
 TEST(CInterface, RefusesALatentOfTheWrongSize) {

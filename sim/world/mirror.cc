@@ -84,11 +84,13 @@ Partner MirrorColumn(const std::string& name, const Partners& joints,
   } else if (quantity == "rotation" || quantity == "rotation_difference") {
     swap(parts[2], bodies);
     sign = EntrySign(last);
-  } else if (quantity == "angular_velocity_difference") {
+  } else if (quantity == "angular_velocity" ||
+             quantity == "angular_velocity_difference") {
     swap(parts[2], bodies);
     sign = -AxisSign(last);
   } else if (quantity == "body_position" || quantity == "position" ||
              quantity == "position_difference" ||
+             quantity == "linear_velocity" ||
              quantity == "linear_velocity_difference") {
     swap(parts[2], bodies);
     sign = AxisSign(last);
@@ -107,15 +109,19 @@ Partner MirrorColumn(const std::string& name, const Partners& joints,
   return {source, sign};
 }
 
+// True for blocks with rotations of bodies other than the root.
+bool ShowsFrames(int block) {
+  return block == v1::Observation::BLOCK_REFERENCE_BODIES ||
+         block == v1::Observation::BLOCK_SELF_BODIES;
+}
+
 // FAILED_PRECONDITION if the frames of mirrored bodies are no mirror images at
-// rest, so that S R S would not be the partner's rotation. Only the block
-// REFERENCE_BODIES shows rotations of bodies other than the root.
+// rest, so that S R S would not be the partner's rotation, and a block shows
+// it.
 absl::Status CheckFrames(const TrackingTask& task, const Partners& bodies) {
   const auto& blocks = task.recipe().task().observation().blocks();
-  if (std::find(blocks.begin(), blocks.end(),
-                v1::Observation::BLOCK_REFERENCE_BODIES) == blocks.end()) {
-    return absl::OkStatus();
-  }
+  const auto block = std::find_if(blocks.begin(), blocks.end(), ShowsFrames);
+  if (block == blocks.end()) return absl::OkStatus();
   const mjModel* model = task.character().model();
   const character::DataPtr data(mj_makeData(model));
   mj_kinematics(model, data.get());
@@ -136,7 +142,8 @@ absl::Status CheckFrames(const TrackingTask& task, const Partners& bodies) {
     return absl::FailedPreconditionError(absl::StrCat(
         "character ", task.character().name(), ": mirror_bodies: expected ",
         "frames of ", name, " and ", partner, " that mirror each other at ",
-        "rest, which BLOCK_REFERENCE_BODIES needs, found others"));
+        "rest, which ", v1::Observation::Block_Name(*block),
+        " needs, found others"));
   }
   return absl::OkStatus();
 }

@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "common/config/recipe.h"
+#include "common/files.h"
 #include "common/random/philox.h"
 #include "common/testing/matchers.h"
 #include "sim/world/testing/library_maker.h"
@@ -17,6 +20,7 @@
 namespace sinew::world {
 namespace {
 
+using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 
@@ -29,7 +33,8 @@ v1::Recipe AllBlocks() {
                            v1::Observation::BLOCK_REFERENCE_CONTACT,
                            v1::Observation::BLOCK_SELF_CONTACT,
                            v1::Observation::BLOCK_REFERENCE_KEYPOINTS,
-                           v1::Observation::BLOCK_REFERENCE_BODIES}) {
+                           v1::Observation::BLOCK_REFERENCE_BODIES,
+                           v1::Observation::BLOCK_SELF_BODIES}) {
     observation->add_blocks(block);
   }
   observation->add_frames_ahead(1);
@@ -167,6 +172,71 @@ TEST_F(HumanoidMirrorTest, NeedsEqualDrivesLeftAndRight) {
       ->set_static_friction(1);
   EXPECT_THAT(make(), StatusIs(absl::StatusCode::kFailedPrecondition,
                                HasSubstr("action scales and drives")));
+}
+
+// The mirror of the toy with equal legs, the frame of one turned by `pitch`
+// about its hinge, where the policy sees this block.
+absl::Status MirrorTable(double pitch, v1::Observation::Block block) {
+  const testing::ToyWorld toy = testing::MakeToyWorld();
+  const std::string text_file = JoinPath(toy.folder, "character.textproto");
+  const std::string model_file = JoinPath(toy.folder, "toy.xml");
+  std::string text = *ReadFile(text_file);
+  EXPECT_EQ(
+      absl::StrReplaceAll({{"stiffness: 100 damping: 8 torque_limit: 50",
+                            "stiffness: 200 damping: 10 torque_limit: 60"},
+                           {"default_position: 0.1 action_scale: 0.3", ""}},
+                          &text),
+      2);
+  for (const char* legs : {"f", "b"}) {
+    absl::StrAppend(&text, "mirror_joints { left: \"hip_", legs,
+                    "l\" right: \"hip_", legs, "r\" sign: 1 }\n",
+                    "mirror_bodies { left: \"leg_", legs, "l\" right: \"leg_",
+                    legs, "r\" sign: 1 }\n");
+  }
+  std::string model = *ReadFile(model_file);
+  EXPECT_EQ(
+      absl::StrReplaceAll(
+          {{"<body name=\"leg_fl\"",
+            absl::StrCat("<body name=\"leg_fl\" euler=\"0 ", pitch, " 0\"")}},
+          &model),
+      1);
+  EXPECT_THAT(WriteFileAtomically(text_file, text), IsOk());
+  EXPECT_THAT(WriteFileAtomically(model_file, model), IsOk());
+  v1::Recipe recipe = testing::ToyRecipe();
+  auto* observation = recipe.mutable_task()->mutable_observation();
+  observation->clear_blocks();
+  observation->add_blocks(block);
+  const auto character =
+      character::Character::Load(text_file, recipe.physics());
+  if (!character.ok()) return character.status();
+  testing::LibraryMaker maker(**character);
+  const character::DataPtr data(mj_makeData((*character)->model()));
+  mj_forward((*character)->model(), data.get());
+  v1::ClipInfo clip;
+  clip.set_name("still");
+  maker.BeginClip(clip);
+  for (int frame = 0; frame < 4; ++frame) maker.AddFrame(data.get(), true);
+  const auto library = maker.Make(testing::NewFolder());
+  const auto task = TrackingTask::Create(recipe, **character, *library);
+  if (!task.ok()) return task.status();
+  return MakeMirror(**task).status();
+}
+
+TEST(Mirror, NeedsFramesThatMirrorEachOtherWhereABlockShowsThem) {
+  for (const auto block : {v1::Observation::BLOCK_REFERENCE_BODIES,
+                           v1::Observation::BLOCK_SELF_BODIES}) {
+    EXPECT_THAT(MirrorTable(/*pitch=*/0, block), IsOk());
+    EXPECT_THAT(
+        MirrorTable(/*pitch=*/0.5, block),
+        StatusIs(absl::StatusCode::kFailedPrecondition,
+                 HasSubstr(absl::StrCat(
+                     "expected frames of leg_fl and leg_fr that mirror each "
+                     "other at rest, which ",
+                     v1::Observation::Block_Name(block), " needs"))));
+  }
+  EXPECT_THAT(
+      MirrorTable(/*pitch=*/0.5, v1::Observation::BLOCK_SELF_JOINT_SPACE),
+      IsOk());
 }
 
 TEST(Mirror, NeedsAPartnerForEveryJoint) {

@@ -29,6 +29,25 @@ void WriteSelf(const BodyState& body, const Eigen::Quaterniond& heading,
   }
 }
 
+void WriteSelfBodies(const BodyState& body, const Eigen::Quaterniond& heading,
+                     Writer& out) {
+  const Eigen::Quaterniond inverse = heading.conjugate();
+  const Eigen::Matrix3d to_heading = inverse.toRotationMatrix();
+  out.Scalar(body.position[0].z());
+  for (size_t b = 1; b < body.position.size(); ++b) {
+    out.Vector(to_heading * (body.position[b] - body.position[0]));
+  }
+  for (const Eigen::Quaterniond& rotation : body.rotation) {
+    out.Rotation(inverse * rotation);
+  }
+  for (const Eigen::Vector3d& velocity : body.linear_velocity) {
+    out.Vector(to_heading * velocity);
+  }
+  for (const Eigen::Vector3d& velocity : body.angular_velocity) {
+    out.Vector(to_heading * velocity);
+  }
+}
+
 void WriteDifference(const BodyState& body, const BodyState& reference,
                      const Eigen::Quaterniond& heading, Writer& out) {
   const Eigen::Quaterniond inverse = heading.conjugate();
@@ -89,6 +108,9 @@ void WriteBlock(Observation::Block block, const ObservationInput& input,
       for (const BodyState& reference : input.reference) {
         WriteBodyGoal(body, reference, heading, out);
       }
+      break;
+    case Observation::BLOCK_SELF_BODIES:
+      WriteSelfBodies(body, heading, out);
       break;
     default:
       SINEW_CHECK(false) << "unknown observation block " << block;
@@ -152,6 +174,24 @@ void AddPoseNames(const std::string& prefix, const ObservationNames& names,
   }
 }
 
+// Another prefix than SELF_JOINT_SPACE, so that names differ where both are.
+void AddSelfBodiesNames(const std::vector<std::string>& bodies,
+                        std::vector<std::string>& out) {
+  const std::string prefix = "self_body";
+  out.push_back(prefix + "/root_height");
+  for (size_t b = 1; b < bodies.size(); ++b) {
+    AddAxes(absl::StrCat(prefix, "/position/", bodies[b]), out);
+  }
+  for (const std::string& body : bodies) {
+    AddSixD(absl::StrCat(prefix, "/rotation/", body), out);
+  }
+  for (const char* quantity : {"linear_velocity", "angular_velocity"}) {
+    for (const std::string& body : bodies) {
+      AddAxes(absl::StrCat(prefix, "/", quantity, "/", body), out);
+    }
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<ObservationBuilder> ObservationBuilder::Create(
@@ -211,6 +251,8 @@ int ObservationBuilder::BlockWidth(Observation::Block block) const {
       return frames * kKeypointWidth * bodies_;
     case Observation::BLOCK_REFERENCE_BODIES:
       return frames * kBodyGoalWidth * bodies_;
+    case Observation::BLOCK_SELF_BODIES:
+      return 15 * bodies_ - 2;
     default:
       SINEW_CHECK(false) << "unknown observation block " << block;
       return 0;
@@ -243,6 +285,8 @@ std::vector<std::string> ObservationBuilder::Names(
       for (const std::string& foot : names.feet) {
         out.push_back("self/contact/" + foot);
       }
+    } else if (block == Observation::BLOCK_SELF_BODIES) {
+      AddSelfBodiesNames(names.bodies, out);
     }
     for (int ahead : frames_ahead_) {
       const std::string prefix = absl::StrCat("reference+", ahead);

@@ -58,6 +58,16 @@ struct ObservationNames {
 // SELF_CONTACT, F: 1 where a sole is within 5 mm of the floor
 // REFERENCE_KEYPOINTS, for each frame ahead 9 B, and REFERENCE_BODIES, 24 B:
 // goals in body space, body_goal.h
+// SELF_BODIES, 15 B - 2, quantity after quantity, each body after body:
+//   root height              1        p_r.z, m
+//   positions                3 (B-1)  h^-1 (p_b - p_r), m; not the root
+//   rotations                6 B      6D(h^-1 R_b)
+//   linear velocities        3 B      h^-1 v_b, m/s
+//   angular velocities       3 B      h^-1 w_b, rad/s
+// What PHC and PULSE (Luo et al. 2023, 2024) show of the body itself: 358
+// numbers for their 24 bodies, as in their code. The 15 per body that PULSE's
+// paper lists would be 360; the root's position, which is 0 relative to itself,
+// is left out, and its height is put first.
 //
 // Nothing depends on where the world's origin is or on its yaw, except the root
 // height. Sources: the choice of quantities follows DeepMimic and PHC

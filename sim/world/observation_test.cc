@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "common/testing/matchers.h"
@@ -27,6 +29,7 @@ constexpr int kJoints = 2;
 constexpr int kFeet = 2;
 constexpr int kSelf = 13 + 2 * kJoints + 3 * (kBodies - 1);
 constexpr int kDifference = kSelf + 2;
+constexpr int kSelfBodies = 1 + 3 * (kBodies - 1) + (6 + 3 + 3) * kBodies;
 
 // Everything at hand for one observation of random states.
 struct Scene {
@@ -112,6 +115,42 @@ TEST(Observation, SelfBlockAgreesWithRotationMatrices) {
   EXPECT_EQ(at, kSelf);
 }
 
+TEST(Observation, SelfBodiesAgreeWithRotationMatrices) {
+  const Scene scene(1);
+  const auto out = scene.Observe(Builder({Observation::BLOCK_SELF_BODIES}));
+  const BodyState& body = scene.body;
+  const Matrix3d inverse = HeadingMatrix(body.rotation[0]).transpose();
+
+  ASSERT_EQ(out.size(), kSelfBodies);
+  EXPECT_NEAR(out[0], body.position[0].z(), 1e-6);
+  int at = 1;
+  for (int b = 1; b < kBodies; ++b) {
+    ExpectVector(out, at, inverse * (body.position[b] - body.position[0]),
+                 "position");
+  }
+  for (const Quaterniond& rotation : body.rotation) {
+    ExpectSixD(out, at, inverse * rotation.toRotationMatrix());
+  }
+  for (const Vector3d& velocity : body.linear_velocity) {
+    ExpectVector(out, at, inverse * velocity, "velocity");
+  }
+  for (const Vector3d& rate : body.angular_velocity) {
+    ExpectVector(out, at, inverse * rate, "rate");
+  }
+  EXPECT_EQ(at, kSelfBodies);
+}
+
+TEST(Observation, SelfBodiesOf24BodiesAre358Numbers) {
+  Observation recipe;
+  recipe.add_blocks(Observation::BLOCK_SELF_BODIES);
+  const auto builder = ObservationBuilder::Create(recipe, /*bodies=*/24,
+                                                  /*joints=*/69, /*feet=*/2);
+
+  ASSERT_TRUE(builder.ok()) << builder.status();
+  EXPECT_EQ(builder->width(), 358);
+  EXPECT_EQ(builder->self_width(), 358);
+}
+
 TEST(Observation, DifferenceBlockAgreesWithRotationMatrices) {
   const Scene scene(2);
   const auto out =
@@ -178,9 +217,9 @@ TEST(Observation, OtherBlocksAreCopiesAndDifferences) {
 }
 
 TEST(Observation, DoesNotDependOnWhereTheWorldsOriginIsOrWhichWayItFaces) {
-  const ObservationBuilder builder =
-      Builder({Observation::BLOCK_SELF_JOINT_SPACE,
-               Observation::BLOCK_REFERENCE_DIFFERENCE});
+  const ObservationBuilder builder = Builder(
+      {Observation::BLOCK_SELF_JOINT_SPACE, Observation::BLOCK_SELF_BODIES,
+       Observation::BLOCK_REFERENCE_DIFFERENCE});
   const Scene scene(1);
   Scene moved = scene;
   moved.contacts = {moved.labels};
@@ -211,7 +250,7 @@ TEST(Observation, NamesEveryColumn) {
       {Observation::BLOCK_SELF_JOINT_SPACE,
        Observation::BLOCK_REFERENCE_DIFFERENCE,
        Observation::BLOCK_PREVIOUS_TARGET, Observation::BLOCK_REFERENCE_CONTACT,
-       Observation::BLOCK_SELF_CONTACT},
+       Observation::BLOCK_SELF_CONTACT, Observation::BLOCK_SELF_BODIES},
       {1, 3});
   const auto names = builder.Names({.joints = {"knee", "hip"},
                                     .bodies = {"pelvis", "head", "hand"},
@@ -222,7 +261,16 @@ TEST(Observation, NamesEveryColumn) {
   EXPECT_EQ(names[13], "self/joint_position/knee");
   EXPECT_EQ(names[kSelf], "reference+1/root_position/x");
   EXPECT_EQ(names[kSelf + 2 * kDifference], "previous_target/knee");
-  EXPECT_EQ(names.back(), "self/contact/right");
+  const int bodies = builder.width() - kSelfBodies;
+  EXPECT_EQ(names[bodies - 1], "self/contact/right");
+  EXPECT_EQ(names[bodies], "self_body/root_height");
+  EXPECT_EQ(names[bodies + 1], "self_body/position/head/x");
+  EXPECT_EQ(names[bodies + 7], "self_body/rotation/pelvis/00");
+  EXPECT_EQ(names[bodies + 25], "self_body/linear_velocity/pelvis/x");
+  EXPECT_EQ(names[bodies + 39], "self_body/angular_velocity/head/z");
+  EXPECT_EQ(names.back(), "self_body/angular_velocity/hand/z");
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(),
+            names.size());
 }
 
 TEST(Observation, HasTwoBlocksAndOneFrameByDefault) {
@@ -288,6 +336,10 @@ TEST(Observation, KnowsTheColumnsThatNeedNoReference) {
                      Observation::BLOCK_REFERENCE_DIFFERENCE})
                 .self_width(),
             kFeet + kSelf + kJoints);
+  EXPECT_EQ(Builder({Observation::BLOCK_SELF_BODIES,
+                     Observation::BLOCK_REFERENCE_BODIES})
+                .self_width(),
+            kSelfBodies);
   // What comes after a goal does not count.
   EXPECT_EQ(Builder({Observation::BLOCK_REFERENCE_DIFFERENCE,
                      Observation::BLOCK_SELF_CONTACT})

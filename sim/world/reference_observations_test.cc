@@ -24,11 +24,12 @@ v1::Recipe FullRecipe() {
   v1::Recipe recipe = testing::ToyRecipe();
   Observation& observation = *recipe.mutable_task()->mutable_observation();
   observation.clear_blocks();
-  for (const auto block : {Observation::BLOCK_SELF_JOINT_SPACE,
-                           Observation::BLOCK_REFERENCE_DIFFERENCE,
-                           Observation::BLOCK_PREVIOUS_TARGET,
-                           Observation::BLOCK_REFERENCE_CONTACT,
-                           Observation::BLOCK_SELF_CONTACT}) {
+  for (const auto block :
+       {Observation::BLOCK_SELF_JOINT_SPACE,
+        Observation::BLOCK_REFERENCE_DIFFERENCE,
+        Observation::BLOCK_PREVIOUS_TARGET,
+        Observation::BLOCK_REFERENCE_CONTACT, Observation::BLOCK_SELF_CONTACT,
+        Observation::BLOCK_SELF_BODIES}) {
     observation.add_blocks(block);
   }
   observation.clear_frames_ahead();

@@ -251,6 +251,7 @@ TEST(TrackingTask, StepsDoNotAllocate) {
   for (int block = 1; block <= 5; ++block) {
     blocks->add_blocks(static_cast<v1::Observation::Block>(block));
   }
+  blocks->add_blocks(v1::Observation::BLOCK_SELF_BODIES);
   recipe.mutable_task()->mutable_start()->set_joint_position_noise(0.1);
   TaskRig rig(recipe);
   const RandomKey key;
