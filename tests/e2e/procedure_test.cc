@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -250,15 +251,47 @@ TEST(ProcedureTest, ShowsTheCurriculumOfItsNewestStageWithAState) {
   EXPECT_THAT(rig.Output("curriculum"), HasSubstr("tumble"));
 }
 
-TEST(ProcedureTest, IsRefusedByALearnerForActorsElsewhere) {
+TEST(ProcedureTest, EndsWithTheSameBitsWhereverItsActorsAre) {
   const TrainingRig rig;
-  TrainingRig::Arguments learner = Train(rig, "run");
-  learner[0] = "learner";
-  learner.insert(learner.end(), {"--listen", "127.0.0.1:0"});
+  rig.MustRun("straight", Train(rig, "straight"));
+  TrainingRig::Arguments arguments = Train(rig, "apart");
+  arguments[0] = "learner";
+  arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0"});
 
-  EXPECT_EQ(rig.Run("learner", learner).code, 2);
+  const auto learner = rig.Start("learner", arguments);
+  const std::string address = rig.AwaitAddress(*learner, "learner");
+  const auto actor = [&](const std::string& name) {
+    return rig.Start(name, {"actor", "--learner", address, "--cache",
+                            rig.Path(name + "-cache"), "--threads", "1",
+                            "--reconnect-seconds", "60"});
+  };
+  const auto first = actor("actor1"), second = actor("actor2");
+  const auto status = learner->Wait(absl::Minutes(2));
 
-  EXPECT_THAT(rig.Output("learner"), HasSubstr("recipe field procedure"));
+  ASSERT_TRUE(status.ok() && status->ok())
+      << rig.Output("learner") << rig.Output("actor1");
+  EXPECT_EQ(Fingerprints(rig, "apart"), Fingerprints(rig, "straight"));
+  // They have come to every stage, and go when the last one is over.
+  for (const auto& [name, process] :
+       {std::pair("actor1", first.get()), std::pair("actor2", second.get())}) {
+    const auto end = process->Wait(absl::Minutes(1));
+    EXPECT_TRUE(end.ok() && end->ok()) << rig.Output(name);
+  }
+}
+
+TEST(ProcedureTest, HasItsTablesAndStoresInOneProcess) {
+  const TrainingRig rig;
+  for (const char* flag : {"--replay", "--checkpoint"}) {
+    TrainingRig::Arguments arguments = Train(rig, "run");
+    arguments[0] = "learner";
+    arguments.insert(arguments.end(),
+                     {"--listen", "127.0.0.1:0", flag, "127.0.0.1:1"});
+
+    EXPECT_EQ(rig.Run("learner", arguments).code, kMisused);
+
+    EXPECT_THAT(rig.Output("learner"),
+                AllOf(HasSubstr(flag), HasSubstr("with a procedure")));
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "common/status_macros.h"
 #include "tools/sinew/run_flags.h"
 #include "tools/sinew/security_flags.h"
+#include "tools/training/procedure_run.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {
@@ -34,6 +35,12 @@ absl::Status RunLearner(const LearnerOptions& options, const StopToken& stop) {
   run_options.replay_address = options.replay;
   run_options.checkpoint_address = options.checkpoint;
   run_options.metrics_address = options.metrics;
+  if (run_options.recipe.has_procedure()) {
+    ServedStages stages(clock, stop);
+    const absl::Status status = RunProcedure(run_options, stages.Steps(), stop);
+    stages.Drain(kDrainTimeout);
+    return status;
+  }
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TrainingRun> run,
                          TrainingRun::Open(run_options, clock, stop));
   const absl::Status status = run->Train();

@@ -68,6 +68,16 @@ absl::Status CheckOptions(const TrainingRun::Options& options) {
         "--teacher: expected a recipe with distillation, found one with a "
         "procedure, whose stages learn without a teacher");
   }
+  for (const auto& [flag, address] :
+       {std::pair("--replay", &options.replay_address),
+        std::pair("--checkpoint", &options.checkpoint_address)}) {
+    if (address->empty()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag,
+        ": expected none with a procedure, whose stages have a table and "
+        "a store each, found ",
+        *address));
+  }
   return learner::ValidateStages(options.recipe);
 }
 
@@ -341,6 +351,17 @@ absl::StatusOr<std::string> InitDigest(const TrainingRun::Options& options) {
   return Sha256Hex(*manifest);
 }
 
+std::function<absl::StatusOr<evaluation::EvaluationFigures>(
+    const std::string&, const std::string&, const std::string&,
+    const evaluation::EvaluationOptions&)>
+EvaluateStep(const StopToken& stop) {
+  return [stop](const std::string& bundle, const std::string& motions,
+                const std::string& out,
+                const evaluation::EvaluationOptions& options) {
+    return evaluation::EvaluateBundle(bundle, motions, out, options, stop);
+  };
+}
+
 // What it is about; the assets themselves are given up.
 absl::StatusOr<ProcedureInputs> ReadInputs(
     const TrainingRun::Options& options) {
@@ -359,17 +380,36 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
 
 ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
                                const StopToken& stop) {
-  ProcedureSteps steps;
-  steps.train = [actors, &clock, stop](const TrainingRun::Options& options) {
-    return RunWithActors(options, actors, clock, stop);
-  };
-  steps.evaluate = [stop](const std::string& bundle, const std::string& motions,
-                          const std::string& out,
-                          const evaluation::EvaluationOptions& options)
-      -> absl::StatusOr<evaluation::EvaluationFigures> {
-    return evaluation::EvaluateBundle(bundle, motions, out, options, stop);
-  };
-  return steps;
+  return {.train =
+              [actors, &clock, stop](const TrainingRun::Options& options) {
+                return RunWithActors(options, actors, clock, stop);
+              },
+          .evaluate = EvaluateStep(stop)};
+}
+
+ServedStages::ServedStages(Clock& clock, const StopToken& stop)
+    : clock_(clock), stop_(stop) {}
+
+ServedStages::~ServedStages() = default;
+
+ProcedureSteps ServedStages::Steps() {
+  return {.train = [this](const auto& options) { return Train(options); },
+          .evaluate = EvaluateStep(stop_)};
+}
+
+absl::StatusOr<TrainingRun::Result> ServedStages::Train(
+    const TrainingRun::Options& options) {
+  last_.reset();
+  TrainingRun::Options here = options;
+  if (!address_.empty()) here.listen = address_;
+  SINEW_ASSIGN_OR_RETURN(last_, TrainingRun::Open(here, clock_, stop_));
+  address_ = last_->address();
+  SINEW_RETURN_IF_ERROR(last_->Train());
+  return last_->result();
+}
+
+void ServedStages::Drain(absl::Duration timeout) {
+  if (last_ != nullptr) last_->Drain(timeout);
 }
 
 absl::Status RunProcedure(const TrainingRun::Options& options,

@@ -2,10 +2,12 @@
 #define SINEW_TOOLS_TRAINING_PROCEDURE_RUN_H_
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "common/clock.h"
 #include "common/evaluation/evaluation_summary.h"
 #include "common/stop.h"
@@ -37,6 +39,33 @@ inline constexpr int kProcedureFallenStarts = 256;
 ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
                                const StopToken& stop);
 
+// The same for actors elsewhere: a stage's servers stay at options.listen until
+// those of the next one begin there, so that actors wait for it, connected or
+// coming back, while the stage is evaluated. One caller.
+class ServedStages {
+ public:
+  // Borrows the clock.
+  ServedStages(Clock& clock, const StopToken& stop);
+  ~ServedStages();
+  ServedStages(const ServedStages&) = delete;
+  ServedStages& operator=(const ServedStages&) = delete;
+
+  // Borrows this.
+  ProcedureSteps Steps();
+  // Actors of the last stage go, or are cut off after `timeout`.
+  void Drain(absl::Duration timeout);
+
+ private:
+  absl::StatusOr<TrainingRun::Result> Train(
+      const TrainingRun::Options& options);
+
+  Clock& clock_;
+  const StopToken stop_;
+  std::unique_ptr<TrainingRun> last_;
+  // Of the first stage; empty before. With port 0 it is that which was found.
+  std::string address_;
+};
+
 // Starts or resumes the procedure of a recipe (learner/procedure/procedure.h)
 // in a run directory:
 //
@@ -56,10 +85,11 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
 // bound all stages together and leave the rest to the next call.
 //
 // Blocking: until the end, for hours. Errors: INVALID_ARGUMENT: the recipe of a
-// stage, options that a procedure does not know (migrate_library, primitives),
-// another recipe than before; FAILED_PRECONDITION: another library or character
-// than before, a locked folder; DATA_LOSS: procedure.json; those of the steps,
-// after which it may be resumed.
+// stage, options that a procedure does not know (migrate_library, primitives,
+// replay and checkpoints elsewhere), another recipe than before;
+// FAILED_PRECONDITION: another library or character than before, a locked
+// folder; DATA_LOSS: procedure.json; those of the steps, after which it may be
+// resumed.
 absl::Status RunProcedure(const TrainingRun::Options& options,
                           const ProcedureSteps& steps, const StopToken& stop);
 

@@ -47,7 +47,7 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
   if (options.recipe.has_procedure()) {
     return absl::InvalidArgumentError(
         "recipe field procedure: expected a recipe of one training, found a "
-        "procedure; `sinew train` runs those");
+        "procedure, which is not a run");
   }
   if (!options.continue_from.empty() &&
       !(options.init.empty() && options.primitives.empty())) {
