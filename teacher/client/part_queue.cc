@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
 #include "common/rpc/status.h"
+#include "common/status_macros.h"
 
 namespace sinew::teacher {
 namespace {
@@ -26,17 +27,16 @@ bool MayPass(const absl::Status& status) {
 
 }  // namespace
 
-PartQueue::PartQueue(const Options& options, Clock& clock)
+PartQueue::PartQueue(const Options& options, ReplicaHealth& health,
+                     Clock& clock)
     : options_(options),
+      health_(health),
       clock_(clock),
+      out_(options.peers.size()),
       parts_(options.parts),
       remaining_(options.parts),
       last_success_(clock.SteadyNow()) {
   SINEW_CHECK(options.parts >= 1 && !options.peers.empty());
-  for (size_t i = 0; i < options_.peers.size(); ++i) {
-    replicas_.push_back({.backoff = rpc::Backoff(options_.backoff, i + 1),
-                         .not_before = last_success_});
-  }
   for (int64_t part = 0; part < options_.parts; ++part) {
     waiting_.push_back(part);
   }
@@ -44,31 +44,80 @@ PartQueue::PartQueue(const Options& options, Clock& clock)
 
 std::optional<int64_t> PartQueue::Take(int replica) {
   MutexLock lock(mu_);
-  while (!Ended() && !replicas_[replica].out) {
-    Clock::TimePoint wake = replicas_[replica].not_before;
-    if (clock_.SteadyNow() >= wake) {
-      const int found = Find(replica);
-      if (found >= 0) {
-        const int64_t part = waiting_[found];
-        waiting_.erase(waiting_.begin() + found);
+  while (!Ended() && !out_[replica]) {
+    const Clock::TimePoint now = clock_.SteadyNow();
+    Clock::TimePoint wake = clock_.After(options_.patience);
+    const std::optional<Clock::TimePoint> ready = health_.ReadyFrom(replica);
+    if (ready.has_value() && now < *ready) {
+      wake = *ready;
+    } else if (ready.has_value()) {
+      int64_t part = TakeWaiting(replica);
+      if (part < 0) part = TakeLate(replica, wake);
+      if (part >= 0) {
+        parts_[part].holders.push_back({.replica = replica, .since = now});
         return part;
       }
-      wake = clock_.After(options_.patience);
     }
     clock_.WaitUntil(mu_, changed_, wake, {});
   }
   return std::nullopt;
 }
 
-int PartQueue::Find(int replica) const {
-  for (size_t i = 0; i < waiting_.size(); ++i) {
-    const Part& part = parts_[waiting_[i]];
+int64_t PartQueue::TakeWaiting(int replica) {
+  for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
+    const int64_t result = *it;
+    const Part& part = parts_[result];
     if (IsBarred(replica, part)) continue;
-    if (part.failed_by != replica || !OtherIsWell(replica, part)) {
-      return static_cast<int>(i);
-    }
+    if (part.failed_by == replica && OtherIsWell(replica, part)) continue;
+    waiting_.erase(it);
+    return result;
   }
   return -1;
+}
+
+int64_t PartQueue::TakeLate(int replica, Clock::TimePoint& wake) {
+  const auto late = absl::ToChronoNanoseconds(health_.LateAfter(replica));
+  const Clock::TimePoint now = clock_.SteadyNow();
+  for (int64_t i = 0; i < options_.parts; ++i) {
+    const Part& part = parts_[i];
+    if (part.done || part.holders.empty() || IsBarred(replica, part)) continue;
+    Clock::TimePoint since = part.holders[0].since;
+    bool own = false;
+    for (const Holder& holder : part.holders) {
+      since = std::max(since, holder.since);
+      own = own || holder.replica == replica;
+    }
+    if (own) continue;
+    if (now < since + late) {
+      wake = std::min(wake, since + late);
+      continue;
+    }
+    for (const Holder& holder : part.holders) MarkLate(holder);
+    // What those who were late failed at need no longer be left to them.
+    changed_.NotifyAll();
+    return i;
+  }
+  return -1;
+}
+
+void PartQueue::MarkLate(const Holder& holder) {
+  // Once is enough: each failure makes it wait longer.
+  if (!health_.ReadyFrom(holder.replica).has_value()) return;
+  const absl::Duration age =
+      absl::FromChrono(clock_.SteadyNow() - holder.since);
+  health_.Failed(holder.replica,
+                 absl::DeadlineExceededError(absl::StrCat(
+                     options_.peers[holder.replica], ": no answer after ",
+                     absl::FormatDuration(age), ", which is late")));
+}
+
+absl::Duration PartQueue::Release(int replica, Part& part) {
+  const auto holder =
+      std::ranges::find(part.holders, replica, &Holder::replica);
+  SINEW_CHECK(holder != part.holders.end());
+  const Clock::TimePoint since = holder->since;
+  part.holders.erase(holder);
+  return absl::FromChrono(clock_.SteadyNow() - since);
 }
 
 bool PartQueue::IsBarred(int replica, const Part& part) const {
@@ -78,18 +127,19 @@ bool PartQueue::IsBarred(int replica, const Part& part) const {
 }
 
 bool PartQueue::OtherIsWell(int replica, const Part& part) const {
-  for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
-    const Replica& one = replicas_[i];
+  for (int i = 0; i < static_cast<int>(out_.size()); ++i) {
     // One that is out may still succeed: with calls from before it was out.
-    if (i != replica && one.well && !one.out && !IsBarred(i, part)) return true;
+    if (i != replica && !out_[i] && !IsBarred(i, part) && health_.IsWell(i)) {
+      return true;
+    }
   }
   return false;
 }
 
 absl::Status PartQueue::Verdict(const Part& part) const {
   bool all_refused = true;
-  for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
-    if (replicas_[i].out) continue;
+  for (int i = 0; i < static_cast<int>(out_.size()); ++i) {
+    if (out_[i]) continue;
     if (!IsBarred(i, part)) return absl::OkStatus();
     all_refused = all_refused && part.refused_by.contains(i);
   }
@@ -101,28 +151,46 @@ absl::Status PartQueue::Verdict(const Part& part) const {
                    ", the last: ", part.last_wrong_answer.message()));
 }
 
-void PartQueue::Done(int replica) {
+bool PartQueue::Done(int replica, int64_t part) {
+  bool first = false;
   {
     MutexLock lock(mu_);
-    replicas_[replica].well = true;
-    replicas_[replica].backoff.Reset();
-    last_success_ = clock_.SteadyNow();
-    --remaining_;
+    Part& one = parts_[part];
+    health_.Answered(replica, Release(replica, one));
+    first = !std::exchange(one.done, true);
+    if (first) {
+      last_success_ = clock_.SteadyNow();
+      --remaining_;
+    }
   }
   changed_.NotifyAll();
+  return first;
 }
 
 void PartQueue::Failed(int replica, int64_t part, const absl::Status& status) {
   {
     MutexLock lock(mu_);
-    Replica& one = replicas_[replica];
-    one.last_error = status;
-    one.well = false;
-    one.not_before = clock_.After(one.backoff.Next());
-    parts_[part].failed_by = replica;
-    waiting_.push_front(part);
-    const absl::Status judgement = Judge(replica, parts_[part], status);
+    Part& one = parts_[part];
+    Release(replica, one);
+    health_.Failed(replica, status);
+    one.failed_by = replica;
+    if (!one.done && one.holders.empty()) waiting_.push_front(part);
+    absl::Status judgement = absl::OkStatus();
+    if (Judge(replica, one, status)) judgement = PutOut(replica, status);
+    if (judgement.ok()) judgement = VerdictOnAll();
     if (status_.ok()) status_ = judgement;
+  }
+  changed_.NotifyAll();
+}
+
+void PartQueue::Introduced(int replica, const absl::Status& status) {
+  {
+    MutexLock lock(mu_);
+    if (!status.ok() && !MayPass(status)) {
+      absl::Status judgement = PutOut(replica, status);
+      if (judgement.ok()) judgement = VerdictOnAll();
+      if (status_.ok()) status_ = judgement;
+    }
   }
   changed_.NotifyAll();
 }
@@ -135,25 +203,29 @@ void PartQueue::End(const absl::Status& status) {
   changed_.NotifyAll();
 }
 
-absl::Status PartQueue::Judge(int replica, Part& part,
-                              const absl::Status& status) {
+bool PartQueue::Judge(int replica, Part& part, const absl::Status& status) {
   if (absl::IsInvalidArgument(status)) {
     part.refused_by.insert(replica);
     part.last_refusal = status;
   } else if (IsWrongAnswer(status)) {
     ++part.wrong_answers[replica];
     part.last_wrong_answer = status;
-  } else if (!MayPass(status)) {
-    replicas_[replica].out = true;
-    const bool others =
-        std::any_of(replicas_.begin(), replicas_.end(),
-                    [](const Replica& one) { return !one.out; });
-    if (!others) return status;
+  } else {
+    return !MayPass(status);
   }
+  return false;
+}
+
+absl::Status PartQueue::PutOut(int replica, const absl::Status& status) {
+  out_[replica] = true;
+  return std::ranges::find(out_, false) == out_.end() ? status
+                                                      : absl::OkStatus();
+}
+
+absl::Status PartQueue::VerdictOnAll() const {
   // Whoever goes out may have been the last that others' parts had.
   for (const int64_t waiting : waiting_) {
-    const absl::Status verdict = Verdict(parts_[waiting]);
-    if (!verdict.ok()) return verdict;
+    SINEW_RETURN_IF_ERROR(Verdict(parts_[waiting]));
   }
   return absl::OkStatus();
 }
@@ -184,8 +256,8 @@ absl::Status PartQueue::OutOfPatience() const {
       "no teacher answered within ", absl::FormatDuration(options_.patience),
       ", ", remaining_, " of ", options_.parts, " parts are missing");
   bool late = true;
-  for (size_t i = 0; i < replicas_.size(); ++i) {
-    const absl::Status& error = replicas_[i].last_error;
+  for (size_t i = 0; i < options_.peers.size(); ++i) {
+    const absl::Status error = health_.LastError(static_cast<int>(i));
     late = late && (error.ok() || absl::IsDeadlineExceeded(error));
     // Errors of a peer begin with its name.
     absl::StrAppend(&text, "; ",

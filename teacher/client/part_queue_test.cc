@@ -11,6 +11,7 @@
 #include "common/testing/simulated_clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "teacher/client/replica_health.h"
 
 namespace sinew::teacher {
 namespace {
@@ -29,147 +30,161 @@ PartQueue::Options MakeOptions(int64_t parts, int replicas) {
     options.peers.push_back(std::string("teacher ") +
                             static_cast<char>('a' + i));
   }
-  options.backoff = {.initial = absl::Seconds(1), .jitter = 0};
   options.patience = absl::Seconds(60);
   return options;
 }
 
-// Part 0, taken by a replica and failed, `times` times in a row.
-void FailPart0(PartQueue& queue, SimulatedClock& clock, int replica, int times,
-               const absl::Status& status) {
+// A queue over replicas a, b ... that have been introduced.
+struct Rig {
+  Rig(int64_t parts, int replicas)
+      : health({.replicas = replicas,
+                .backoff = {.initial = absl::Seconds(1), .jitter = 0},
+                .late_factor = 4,
+                .late_floor = absl::Seconds(1)},
+               clock),
+        queue(MakeOptions(parts, replicas), health, clock) {
+    for (int i = 0; i < replicas; ++i) health.Introduced(i);
+  }
+
+  // As an introduction does.
+  void Come(int replica) {
+    health.Introduced(replica);
+    queue.Introduced(replica, absl::OkStatus());
+  }
+
+  SimulatedClock clock;
+  ReplicaHealth health;
+  PartQueue queue;
+};
+
+// Part 0, taken by a replica and failed, `times` times in a row; it has come
+// back since.
+void FailPart0(Rig& rig, int replica, int times, const absl::Status& status) {
   for (int i = 0; i < times; ++i) {
-    ASSERT_THAT(queue.Take(replica), Optional(0)) << i;
-    queue.Failed(replica, 0, status);
-    clock.Advance(absl::Seconds(20));  // beyond every back-off
+    ASSERT_THAT(rig.queue.Take(replica), Optional(0)) << i;
+    rig.queue.Failed(replica, 0, status);
+    rig.clock.Advance(absl::Seconds(20));  // beyond every back-off
+    if (!rig.health.ReadyFrom(replica).has_value()) rig.Come(replica);
   }
 }
 
 TEST(PartQueue, HandsOutEveryPartOnce) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(3, 2), clock);
+  Rig rig(3, 2);
 
-  EXPECT_THAT(queue.Take(0), Optional(0));
-  EXPECT_THAT(queue.Take(1), Optional(1));
-  EXPECT_THAT(queue.Take(0), Optional(2));
-  queue.Done(0);
-  queue.Done(1);
-  queue.Done(0);
+  EXPECT_THAT(rig.queue.Take(0), Optional(0));
+  EXPECT_THAT(rig.queue.Take(1), Optional(1));
+  EXPECT_THAT(rig.queue.Take(0), Optional(2));
+  EXPECT_TRUE(rig.queue.Done(0, 0));
+  EXPECT_TRUE(rig.queue.Done(1, 1));
+  EXPECT_TRUE(rig.queue.Done(0, 2));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_THAT(queue.Await({}), IsOk());
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
 }
 
 TEST(PartQueue, EndsForAllWhenToldTo) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(3, 2), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
+  Rig rig(3, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
 
-  queue.End(absl::InvalidArgumentError("row 4"));
-  queue.End(absl::InvalidArgumentError("row 5"));
+  rig.queue.End(absl::InvalidArgumentError("row 4"));
+  rig.queue.End(absl::InvalidArgumentError("row 5"));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_EQ(queue.Take(1), std::nullopt);
-  EXPECT_THAT(queue.Await({}),
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_EQ(rig.queue.Take(1), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("row 4")));
 }
 
 TEST(PartQueue, LeavesAFailedPartToAReplicaThatIsWell) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
 
-  // After its back-off, a takes the other part.
-  clock.Advance(absl::Seconds(2));
-  EXPECT_THAT(queue.Take(0), Optional(1));
-  EXPECT_THAT(queue.Take(1), Optional(0));
+  // Once it is back, a takes the other part.
+  rig.Come(0);
+  EXPECT_THAT(rig.queue.Take(0), Optional(1));
+  EXPECT_THAT(rig.queue.Take(1), Optional(0));
 }
 
 TEST(PartQueue, AsksTheSameReplicaAgainAfterABackOffIfThereIsNoOther) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 1), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Failed(0, 0, absl::ResourceExhaustedError("teacher a: full"));
+  Rig rig(1, 1);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::ResourceExhaustedError("teacher a: full"));
   std::optional<int64_t> again;
 
-  std::jthread worker([&] { again = queue.Take(0); });
-  ASSERT_TRUE(clock.AwaitWaiters(1));
-  clock.Advance(absl::Milliseconds(1001));
+  std::jthread worker([&] { again = rig.queue.Take(0); });
+  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
+  rig.clock.Advance(absl::Milliseconds(1001));
   worker.join();
 
   EXPECT_THAT(again, Optional(0));
 }
 
 TEST(PartQueue, AsksAnotherReplicaForWhatOneRefuses) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
+  Rig rig(2, 2);
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/0, /*times=*/1,
+      FailPart0(rig, /*replica=*/0, /*times=*/1,
                 absl::InvalidArgumentError("teacher a: nan")));
   // b does not answer for now, yet a never has that part again.
-  ASSERT_NO_FATAL_FAILURE(FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+  ASSERT_NO_FATAL_FAILURE(FailPart0(rig, /*replica=*/1, /*times=*/1,
                                     absl::UnavailableError("teacher b: away")));
 
-  EXPECT_THAT(queue.Take(0), Optional(1));
-  queue.Done(0);
-  EXPECT_THAT(queue.Take(1), Optional(0));
-  queue.Done(1);
-  EXPECT_THAT(queue.Await({}), IsOk());
+  EXPECT_THAT(rig.queue.Take(0), Optional(1));
+  rig.queue.Done(0, 1);
+  EXPECT_THAT(rig.queue.Take(1), Optional(0));
+  rig.queue.Done(1, 0);
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
 }
 
 TEST(PartQueue, EndsWithARefusalOnceEveryReplicaRefuses) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
+  Rig rig(2, 2);
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/0, /*times=*/1,
+      FailPart0(rig, /*replica=*/0, /*times=*/1,
                 absl::InvalidArgumentError("teacher a: nan")));
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+      FailPart0(rig, /*replica=*/1, /*times=*/1,
                 absl::InvalidArgumentError("teacher b: nan")));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                        HasSubstr("teacher b: nan")));
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("teacher b: nan")));
 }
 
 TEST(PartQueue, EndsWithTheRefusalOfTheOnlyReplica) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 1), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
+  Rig rig(2, 1);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
 
-  queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
+  rig.queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                        HasSubstr("teacher a: nan")));
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("teacher a: nan")));
 }
 
 TEST(PartQueue, EndsWithARefusalWhenTheOthersGoOut) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
-  ASSERT_THAT(queue.Take(1), Optional(0));
-  ASSERT_THAT(queue.Take(0), Optional(1));
-  queue.Failed(0, 1, absl::InvalidArgumentError("teacher a: nan"));
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  ASSERT_THAT(rig.queue.Take(0), Optional(1));
+  rig.queue.Failed(0, 1, absl::InvalidArgumentError("teacher a: nan"));
 
   // Part 1 had b alone left.
-  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+  rig.queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                        HasSubstr("teacher a: nan")));
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("teacher a: nan")));
 }
 
 TEST(PartQueue, EndsAsInternalWhenSomeRefuseAndSomeAnswerWrongly) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 2), clock);
+  Rig rig(1, 2);
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/1, /*times=*/1,
+      FailPart0(rig, /*replica=*/1, /*times=*/1,
                 absl::InvalidArgumentError("teacher b: nan")));
-  ASSERT_NO_FATAL_FAILURE(FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+  ASSERT_NO_FATAL_FAILURE(FailPart0(rig, /*replica=*/0, /*times=*/3,
                                     absl::DataLossError("teacher a: short")));
 
   EXPECT_THAT(
-      queue.Await({}),
+      rig.queue.Await({}),
       StatusIs(absl::StatusCode::kInternal,
                AllOf(HasSubstr("3 wrong answers from every teacher that there "
                                "is and does not refuse it"),
@@ -177,141 +192,270 @@ TEST(PartQueue, EndsAsInternalWhenSomeRefuseAndSomeAnswerWrongly) {
 }
 
 TEST(PartQueue, DropsAReplicaThatServesSomethingElse) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 2), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
-  ASSERT_THAT(queue.Take(1), Optional(0));
-  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  rig.queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
 
-  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kFailedPrecondition,
-                                        HasSubstr("teacher b: bundle")));
+  EXPECT_THAT(rig.queue.Await({}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("teacher b: bundle")));
 }
 
 TEST(PartQueue, LeavesNothingToAReplicaThatIsOut) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(3, 2), clock);
+  Rig rig(3, 2);
   // Of a's two calls one is refused for good, the other still comes through.
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  ASSERT_THAT(queue.Take(0), Optional(1));
-  ASSERT_THAT(queue.Take(1), Optional(2));
-  queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
-  queue.Done(0);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  ASSERT_THAT(rig.queue.Take(0), Optional(1));
+  ASSERT_THAT(rig.queue.Take(1), Optional(2));
+  rig.queue.Failed(0, 0, absl::FailedPreconditionError("teacher a: bundle"));
+  rig.queue.Done(0, 1);
+  rig.Come(0);
 
-  queue.Failed(1, 2, absl::UnavailableError("teacher b: away"));
-  clock.Advance(absl::Seconds(2));
+  rig.queue.Failed(1, 2, absl::UnavailableError("teacher b: away"));
+  rig.clock.Advance(absl::Seconds(2));
+  rig.Come(1);
 
-  EXPECT_THAT(queue.Take(1), Optional(2));
-  EXPECT_THAT(queue.Take(1), Optional(0));
+  EXPECT_THAT(rig.queue.Take(1), Optional(2));
+  EXPECT_THAT(rig.queue.Take(1), Optional(0));
 }
 
 TEST(PartQueue, EndsAfterThreeWrongAnswersPerReplica) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 2), clock);
+  Rig rig(1, 2);
   for (int i = 0; i < 6; ++i) {
     ASSERT_NO_FATAL_FAILURE(
-        FailPart0(queue, clock, /*replica=*/i % 2, /*times=*/1,
+        FailPart0(rig, /*replica=*/i % 2, /*times=*/1,
                   absl::DataLossError("targets: found nan")));
   }
 
-  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
   EXPECT_THAT(
-      queue.Await({}),
+      rig.queue.Await({}),
       StatusIs(absl::StatusCode::kInternal,
                HasSubstr("3 wrong answers from every teacher that there "
                          "is, the last: targets: found")));
 }
 
 TEST(PartQueue, BarsAReplicaFromAPartThatItAnswersWronglyThreeTimes) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
+  Rig rig(2, 2);
   // b is away, a has part 0 alone.
-  ASSERT_THAT(queue.Take(1), Optional(0));
-  queue.Failed(1, 0, absl::UnavailableError("teacher b: away"));
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  rig.queue.Failed(1, 0, absl::UnavailableError("teacher b: away"));
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+      FailPart0(rig, /*replica=*/0, /*times=*/3,
                 absl::DataLossError("teacher a: found nan")));
 
-  // Only b may have it any more, though it is not well either.
-  EXPECT_THAT(queue.Take(0), Optional(1));
-  queue.Done(0);
-  EXPECT_THAT(queue.Take(1), Optional(0));
-  queue.Done(1);
-  EXPECT_THAT(queue.Await({}), IsOk());
+  // Only b may have it any more.
+  rig.Come(1);
+  EXPECT_THAT(rig.queue.Take(0), Optional(1));
+  rig.queue.Done(0, 1);
+  EXPECT_THAT(rig.queue.Take(1), Optional(0));
+  rig.queue.Done(1, 0);
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
 }
 
 TEST(PartQueue, TakesABrokenConnectionForNoAnswer) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 1), clock);
+  Rig rig(1, 1);
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/0, /*times=*/5,
+      FailPart0(rig, /*replica=*/0, /*times=*/5,
                 absl::InternalError("teacher a: RST_STREAM")));
 
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Done(0);
-  EXPECT_THAT(queue.Await({}), IsOk());
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Done(0, 0);
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
 }
 
 TEST(PartQueue, EndsWithAWrongAnswerWhenTheOthersServeSomethingElse) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 2), clock);
-  ASSERT_THAT(queue.Take(1), Optional(0));
-  queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  rig.queue.Failed(1, 0, absl::FailedPreconditionError("teacher b: bundle"));
   ASSERT_NO_FATAL_FAILURE(
-      FailPart0(queue, clock, /*replica=*/0, /*times=*/3,
+      FailPart0(rig, /*replica=*/0, /*times=*/3,
                 absl::DataLossError("teacher a: found nan")));
 
-  EXPECT_THAT(queue.Await({}), StatusIs(absl::StatusCode::kInternal,
-                                        HasSubstr("teacher a: found nan")));
+  EXPECT_THAT(rig.queue.Await({}), StatusIs(absl::StatusCode::kInternal,
+                                            HasSubstr("teacher a: found nan")));
+}
+
+TEST(PartQueue, GivesNothingToAReplicaThatHasNotBeenIntroducedAgain) {
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
+  rig.clock.Advance(absl::Seconds(20));  // beyond its back-off
+  std::optional<int64_t> taken;
+
+  std::jthread worker([&] { taken = rig.queue.Take(0); });
+  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  rig.Come(0);
+  worker.join();
+
+  EXPECT_THAT(taken, Optional(1));
+}
+
+TEST(PartQueue, KnowsWhoIsAwayFromTheBatchBefore) {
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
+  PartQueue next(MakeOptions(1, 2), rig.health, rig.clock);
+  rig.clock.Advance(absl::Seconds(20));  // beyond its back-off
+  std::optional<int64_t> taken = 0;
+
+  std::jthread worker([&] { taken = next.Take(0); });
+  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
+  ASSERT_THAT(next.Take(1), Optional(0));
+  EXPECT_TRUE(next.Done(1, 0));
+  worker.join();
+
+  EXPECT_EQ(taken, std::nullopt);
+}
+
+TEST(PartQueue, GivesALatePartToAReplicaThatHasNothingElseToDo) {
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  ASSERT_THAT(rig.queue.Take(1), Optional(1));
+  rig.queue.Done(1, 1);
+  std::optional<int64_t> taken;
+
+  std::jthread worker([&] { taken = rig.queue.Take(1); });
+  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
+  rig.clock.Advance(absl::Milliseconds(1001));
+  worker.join();
+
+  EXPECT_THAT(taken, Optional(0));
+  EXPECT_EQ(rig.health.ReadyFrom(0), std::nullopt);
+  EXPECT_THAT(rig.health.LastError(0),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       HasSubstr("teacher a: no answer after 1.001s")));
+}
+
+TEST(PartQueue, LeavesAPartWhereItIsUntilItIsLate) {
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.clock.Advance(absl::Milliseconds(999));
+  std::optional<int64_t> taken = 0;
+
+  std::jthread worker([&] { taken = rig.queue.Take(1); });
+  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
+  EXPECT_TRUE(rig.queue.Done(0, 0));
+  worker.join();
+
+  EXPECT_EQ(taken, std::nullopt);
+}
+
+TEST(PartQueue, CallsNothingLateThatTheOtherOneWouldTakeAsLongFor) {
+  Rig rig(3, 2);
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+  rig.clock.Advance(absl::Seconds(2));  // so late is after 4 * 2 s
+  rig.queue.Done(1, 0);
+  ASSERT_THAT(rig.queue.Take(0), Optional(1));
+  rig.clock.Advance(absl::Seconds(2));
+  ASSERT_THAT(rig.queue.Take(0), Optional(2));
+  rig.clock.Advance(absl::Milliseconds(6001));
+
+  // Part 2 has been out for 6 s.
+  EXPECT_THAT(rig.queue.Take(1), Optional(1));
+}
+
+TEST(PartQueue, UsesTheFirstAnswerToAPartAlone) {
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.clock.Advance(absl::Seconds(2));
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+
+  EXPECT_TRUE(rig.queue.Done(1, 0));
+  EXPECT_FALSE(rig.queue.Done(0, 0));
+
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, LeavesAPartToWhoeverStillHasIt) {
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  ASSERT_THAT(rig.queue.Take(1), Optional(1));
+  rig.queue.Done(1, 1);
+  rig.clock.Advance(absl::Seconds(20));
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+
+  rig.queue.Failed(1, 0, absl::DataLossError("teacher b: found nan"));
+
+  EXPECT_TRUE(rig.queue.Done(0, 0));
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, IgnoresTheFailureOfWhoeverHasBeenOvertaken) {
+  Rig rig(1, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.clock.Advance(absl::Seconds(2));
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+
+  EXPECT_TRUE(rig.queue.Done(1, 0));
+  rig.queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
+
+  EXPECT_THAT(rig.queue.Await({}), IsOk());
+}
+
+TEST(PartQueue, EndsWhenNoIntroductionFindsTheTeacher) {
+  Rig rig(1, 2);
+  const auto away = absl::UnavailableError("teacher a: away");
+  rig.queue.Introduced(0, away);
+  rig.queue.Introduced(0, absl::FailedPreconditionError("teacher a: bundle"));
+  rig.queue.Introduced(1, away);
+  ASSERT_THAT(rig.queue.Take(1), Optional(0));
+
+  rig.queue.Introduced(1, absl::FailedPreconditionError("teacher b: bundle"));
+
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
+  EXPECT_THAT(rig.queue.Await({}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("teacher b: bundle")));
 }
 
 // What Await says once 60 s have passed.
-absl::Status RunOutOfPatience(PartQueue& queue, SimulatedClock& clock) {
+absl::Status RunOutOfPatience(Rig& rig) {
   absl::Status status;
-  std::jthread waiter([&] { status = queue.Await({}); });
-  clock.AwaitWaiters(1);
-  clock.Advance(absl::Seconds(61));
+  std::jthread waiter([&] { status = rig.queue.Await({}); });
+  rig.clock.AwaitWaiters(1);
+  rig.clock.Advance(absl::Seconds(61));
   waiter.join();
   return status;
 }
 
 TEST(PartQueue, NamesAllPeersWhenPatienceEnds) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(2, 2), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Done(0);
-  ASSERT_THAT(queue.Take(0), Optional(1));
-  queue.Failed(0, 1, absl::UnavailableError("teacher a: away"));
+  Rig rig(2, 2);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Done(0, 0);
+  ASSERT_THAT(rig.queue.Take(0), Optional(1));
+  rig.queue.Failed(0, 1, absl::UnavailableError("teacher a: away"));
 
   EXPECT_THAT(
-      RunOutOfPatience(queue, clock),
+      RunOutOfPatience(rig),
       StatusIs(absl::StatusCode::kUnavailable,
                AllOf(HasSubstr("1 of 2 parts"), HasSubstr("teacher a: away"),
                      HasSubstr("teacher b: no error"))));
 }
 
 TEST(PartQueue, SaysThatAllWereLateIfThatIsWhatHappened) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 1), clock);
-  ASSERT_THAT(queue.Take(0), Optional(0));
-  queue.Failed(0, 0, absl::DeadlineExceededError("teacher a: late"));
+  Rig rig(1, 1);
+  ASSERT_THAT(rig.queue.Take(0), Optional(0));
+  rig.queue.Failed(0, 0, absl::DeadlineExceededError("teacher a: late"));
 
-  EXPECT_THAT(RunOutOfPatience(queue, clock),
+  EXPECT_THAT(RunOutOfPatience(rig),
               StatusIs(absl::StatusCode::kDeadlineExceeded,
                        HasSubstr("teacher a: late")));
 }
 
 TEST(PartQueue, EndsWhenStopped) {
-  SimulatedClock clock;
-  PartQueue queue(MakeOptions(1, 1), clock);
+  Rig rig(1, 1);
   std::stop_source stop;
   stop.request_stop();
 
-  EXPECT_THAT(queue.Await(stop.get_token()),
+  EXPECT_THAT(rig.queue.Await(stop.get_token()),
               StatusIs(absl::StatusCode::kCancelled));
-  EXPECT_EQ(queue.Take(0), std::nullopt);
+  EXPECT_EQ(rig.queue.Take(0), std::nullopt);
 }
 
 }  // namespace

@@ -2,19 +2,22 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <optional>
+#include <set>
 #include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
 #include "common/logging.h"
-#include "common/rpc/status.h"
+#include "common/mutex.h"
 #include "common/status_macros.h"
 #include "teacher/client/answers.h"
 #include "teacher/client/introductions.h"
 #include "teacher/client/part_queue.h"
 #include "teacher/client/replica.h"
+#include "teacher/client/replica_health.h"
 #include "teacher/client/rows.h"
 
 namespace sinew::teacher {
@@ -31,22 +34,15 @@ class RemoteAnnotator final : public Annotator {
   // `teacher`: what all replicas must be. Those without an introduction did not
   // answer.
   RemoteAnnotator(RemoteAnnotatorOptions options, Replicas replicas,
-                  Introduction teacher, const Introductions& introductions)
-      : options_(std::move(options)),
-        replicas_(std::move(replicas)),
-        teacher_(std::move(teacher)),
-        introduced_(replicas_.size()),
-        warned_(replicas_.size()) {
-    for (size_t i = 0; i < replicas_.size(); ++i) {
-      introduced_[i] = introductions[i].has_value();
-    }
-  }
+                  Introduction teacher, const Introductions& introductions);
+  ~RemoteAnnotator() override { end_.request_stop(); }
 
   const v1::DescribeTeacherResponse& description() const override {
     return teacher_.description;
   }
   absl::Span<const double> spread() const override { return teacher_.spread; }
-  absl::Status Annotate(const Rows& rows, absl::Span<double> targets) override;
+  absl::Status Annotate(const Rows& rows, absl::Span<double> targets) override
+      SINEW_EXCLUDES(mu_);
 
  private:
   // One batch, divided.
@@ -62,22 +58,58 @@ class RemoteAnnotator final : public Annotator {
     }
   };
 
+  // Until all parts are answered, or all ends.
+  absl::Status Run(const Batch& batch, int64_t parts, PartQueue& queue);
   // Serves one replica until the queue has no more for it.
   void Work(int replica, const Batch& batch, PartQueue& queue,
             const std::stop_token& cancel);
-  // Whether a replica that has not introduced itself yet, or has been away, is
-  // the teacher. Later its answers say so.
-  absl::Status Verify(int replica, const std::stop_token& cancel);
+  // Beside the batches, until the end: introduces a replica that is away.
+  void KeepIntroducing(int replica) SINEW_EXCLUDES(mu_);
+  // Whether a replica is the teacher. Later its answers say so.
+  absl::Status Verify(const Replica& replica, const std::stop_token& cancel);
+  // `targets`: of the part.
   absl::Status Ask(const Replica& replica, const Batch& batch, int64_t part,
-                   const std::stop_token& cancel) const;
+                   const std::stop_token& cancel,
+                   std::vector<double>& targets) const;
+  // Once per replica.
+  void WarnOfAnother(int replica, const absl::Status& status);
 
   const RemoteAnnotatorOptions options_;
   const Replicas replicas_;
   const Introduction teacher_;
-  // By replica: whether it has been found to be the teacher; whether the log
-  // says that it is not.
-  std::vector<std::atomic<bool>> introduced_, warned_;
+  // By replica: whether the log says that it is another teacher.
+  std::vector<std::atomic<bool>> warned_;
+  SystemClock clock_;
+  ReplicaHealth health_;
+  // Ends introductions.
+  std::stop_source end_;
+  const std::stop_callback<std::function<void()>> stopped_;
+
+  Mutex mu_;
+  // Of batches that are under way.
+  std::set<PartQueue*> queues_ SINEW_GUARDED_BY(mu_);
+
+  std::vector<std::jthread> introducers_;  // joined first
 };
+
+RemoteAnnotator::RemoteAnnotator(RemoteAnnotatorOptions options,
+                                 Replicas replicas, Introduction teacher,
+                                 const Introductions& introductions)
+    : options_(std::move(options)),
+      replicas_(std::move(replicas)),
+      teacher_(std::move(teacher)),
+      warned_(replicas_.size()),
+      health_({.replicas = static_cast<int>(replicas_.size()),
+               .backoff = options_.backoff,
+               .late_factor = options_.late_factor,
+               .late_floor = options_.late_floor},
+              clock_),
+      stopped_(options_.stop, [this] { end_.request_stop(); }) {
+  for (int i = 0; i < static_cast<int>(replicas_.size()); ++i) {
+    if (introductions[i].has_value()) health_.Introduced(i);
+    introducers_.emplace_back([this, i] { KeepIntroducing(i); });
+  }
+}
 
 absl::Status RemoteAnnotator::Annotate(const Rows& rows,
                                        absl::Span<double> targets) {
@@ -95,88 +127,123 @@ absl::Status RemoteAnnotator::Annotate(const Rows& rows,
   for (const auto& replica : replicas_) {
     queue_options.peers.push_back(replica->peer());
   }
-  queue_options.backoff = options_.backoff;
   queue_options.patience = options_.patience;
-  SystemClock clock;
-  PartQueue queue(queue_options, clock);
+  PartQueue queue(queue_options, health_, clock_);
+  {
+    MutexLock lock(mu_);
+    queues_.insert(&queue);
+  }
+  absl::Status status = Run(batch, queue_options.parts, queue);
+  MutexLock lock(mu_);
+  queues_.erase(&queue);
+  return status;
+}
+
+absl::Status RemoteAnnotator::Run(const Batch& batch, int64_t parts,
+                                  PartQueue& queue) {
   std::stop_source cancel;
   std::vector<std::jthread> workers;
-  const auto each =
-      std::min<int64_t>(options_.calls_in_flight, queue_options.parts);
+  const auto replicas = static_cast<int64_t>(replicas_.size());
+  const auto each = std::min<int64_t>(options_.calls_in_flight, parts);
   for (int64_t i = 0; i < each * replicas; ++i) {
     workers.emplace_back([&, replica = static_cast<int>(i % replicas)] {
       Work(replica, batch, queue, cancel.get_token());
     });
   }
-  const absl::Status status = queue.Await(options_.stop);
+  absl::Status status = queue.Await(options_.stop);
   cancel.request_stop();
   return status;  // the workers are joined first
 }
 
 void RemoteAnnotator::Work(int replica, const Batch& batch, PartQueue& queue,
                            const std::stop_token& cancel) {
+  std::vector<double> targets;  // of a part
   while (const std::optional<int64_t> part = queue.Take(replica)) {
-    const absl::Status finite = CheckFinite(
-        description(), batch.rows, batch.First(*part), batch.Count(*part));
+    const int64_t first = batch.First(*part);
+    const absl::Status finite =
+        CheckFinite(description(), batch.rows, first, batch.Count(*part));
     if (!finite.ok()) {
       queue.End(finite);
       return;
     }
-    absl::Status status =
-        introduced_[replica] ? absl::OkStatus() : Verify(replica, cancel);
-    if (status.ok()) status = Ask(*replicas_[replica], batch, *part, cancel);
+    const absl::Status status =
+        Ask(*replicas_[replica], batch, *part, cancel, targets);
     if (status.ok()) {
-      queue.Done(replica);
+      // Nobody else writes there, and the batch ends when all workers have.
+      if (queue.Done(replica, *part)) {
+        std::ranges::copy(targets, batch.targets.begin() +
+                                       first * description().action_width());
+      }
       continue;
     }
-    // Whoever comes back may be another, or take fewer rows.
-    if (rpc::IsTransient(status) || absl::IsFailedPrecondition(status) ||
-        absl::IsInvalidArgument(status)) {
-      introduced_[replica] = false;
-    }
-    if (absl::IsFailedPrecondition(status) &&
-        !warned_[replica].exchange(true)) {
-      LogWarning("a teacher is left out", {{"error", status.message()}});
-    }
+    // All is over: the call was cut off, which says nothing of the replica.
+    if (cancel.stop_requested()) return;
+    WarnOfAnother(replica, status);
     queue.Failed(replica, *part, status);
   }
 }
 
-absl::Status RemoteAnnotator::Verify(int replica,
-                                     const std::stop_token& cancel) {
+void RemoteAnnotator::WarnOfAnother(int replica, const absl::Status& status) {
+  if (!absl::IsFailedPrecondition(status)) return;
+  if (warned_[replica].exchange(true)) return;
+  LogWarning("a teacher is left out", {{"error", status.message()}});
+}
+
+void RemoteAnnotator::KeepIntroducing(int replica) {
   const Replica& one = *replicas_[replica];
+  const std::stop_token end = end_.get_token();
+  // Whether the log says that it is away.
+  bool said = !health_.ReadyFrom(replica).has_value();
+  while (health_.AwaitTurn(replica, end)) {
+    const absl::Status status = Verify(one, end);
+    if (end.stop_requested()) return;
+    if (status.ok()) {
+      health_.Introduced(replica);
+      if (said) LogInfo("a teacher has come", {{"peer", one.peer()}});
+    } else {
+      health_.Failed(replica, status);
+      WarnOfAnother(replica, status);
+      if (!said && !absl::IsFailedPrecondition(status)) {
+        LogWarning("a teacher does not answer; it gets no rows until it does",
+                   {{"error", status.message()}});
+      }
+    }
+    said = !status.ok();
+    MutexLock lock(mu_);
+    for (PartQueue* queue : queues_) queue->Introduced(replica, status);
+  }
+}
+
+absl::Status RemoteAnnotator::Verify(const Replica& replica,
+                                     const std::stop_token& cancel) {
   SINEW_ASSIGN_OR_RETURN(
       const Introduction found,
-      Introduce(one, [this] { return options_.call_timeout; }, cancel));
+      Introduce(replica, [this] { return options_.call_timeout; }, cancel));
   SINEW_RETURN_IF_ERROR(
-      CheckSameTeacher(teacher_, kTeacher, found, one.peer()));
+      CheckSameTeacher(teacher_, kTeacher, found, replica.peer()));
   if (found.description.max_rows() < description().max_rows()) {
     return absl::FailedPreconditionError(
-        absl::StrCat(one.peer(), ": max_rows: expected ",
+        absl::StrCat(replica.peer(), ": max_rows: expected ",
                      description().max_rows(), " or more, as ", kTeacher,
                      " has, found ", found.description.max_rows()));
-  }
-  if (!introduced_[replica].exchange(true)) {
-    LogInfo("a teacher has come", {{"peer", one.peer()}});
   }
   return absl::OkStatus();
 }
 
 absl::Status RemoteAnnotator::Ask(const Replica& replica, const Batch& batch,
-                                  int64_t part,
-                                  const std::stop_token& cancel) const {
-  const int64_t first = batch.First(part);
+                                  int64_t part, const std::stop_token& cancel,
+                                  std::vector<double>& targets) const {
   const int64_t count = batch.Count(part);
   const int64_t width = description().action_width();
-  SINEW_ASSIGN_OR_RETURN(
-      const v1::AnnotateResponse answer,
-      replica.Annotate(MakeRequest(description(), batch.rows, first, count),
-                       options_.call_timeout, cancel));
+  SINEW_ASSIGN_OR_RETURN(const v1::AnnotateResponse answer,
+                         replica.Annotate(MakeRequest(description(), batch.rows,
+                                                      batch.First(part), count),
+                                          options_.call_timeout, cancel));
+  targets.resize(count * width);
   std::vector<double> spread(width);
-  SINEW_RETURN_IF_ERROR(
-      ReadAnswer(description(), answer, replica.peer(),
-                 batch.targets.subspan(first * width, count * width),
-                 absl::MakeSpan(spread)));
+  SINEW_RETURN_IF_ERROR(ReadAnswer(description(), answer, replica.peer(),
+                                   absl::MakeSpan(targets),
+                                   absl::MakeSpan(spread)));
   if (spread == teacher_.spread) return absl::OkStatus();
   return absl::DataLossError(absl::StrCat(
       replica.peer(), ": spread: expected what it was, found other numbers"));
@@ -192,9 +259,13 @@ absl::Status CheckOptions(const RemoteAnnotatorOptions& options) {
   if (options.calls_in_flight < 1) {
     return wrong("calls_in_flight", ">= 1", options.calls_in_flight);
   }
+  if (!(options.late_factor >= 1)) {
+    return wrong("late_factor", ">= 1", options.late_factor);
+  }
   for (const auto& [name, value] :
        {std::pair("call_timeout", options.call_timeout),
-        std::pair("patience", options.patience)}) {
+        std::pair("patience", options.patience),
+        std::pair("late_floor", options.late_floor)}) {
     if (value <= absl::ZeroDuration()) {
       return wrong(name, "> 0", absl::FormatDuration(value));
     }

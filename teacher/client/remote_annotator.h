@@ -33,6 +33,9 @@ struct RemoteAnnotatorOptions {
   // Calls to one replica at a time, >= 1: one travels while one is computed.
   int calls_in_flight = 2;
   rpc::BackoffOptions backoff = {};
+  // When a part is taken over (ReplicaHealth::Options): >= 1; > 0.
+  double late_factor = 4;
+  absl::Duration late_floor = absl::Seconds(1);
 };
 
 // A teacher behind gRPC: one service or several replicas of it.
@@ -43,9 +46,16 @@ struct RemoteAnnotatorOptions {
 //
 // Every answer says who it is of, since a replica may have been restarted as
 // another; one that was away or refused is asked again what it is before it
-// gets more rows. A part that failed is asked again, elsewhere where that is
-// possible, after a back-off (part_queue.h has the exact rules). So the result
-// does not depend on which replicas answered, nor on how often it took.
+// gets more rows: by a thread of its own beside the batches, after a back-off
+// (introductions.h), so that no batch waits for it. What is known of a replica
+// stays from batch to batch (replica_health.h): one that hangs in one gets no
+// rows in the next.
+//
+// A part that failed is asked again, elsewhere where that is possible. One that
+// has been out for longer than late_factor parts of a replica that has nothing
+// else to do, and late_floor, is asked of that one too; the first answer counts
+// (part_queue.h has the exact rules). So the result does not depend on which
+// replicas answered, nor on how often it took.
 //
 // All replicas that answer at the beginning must be alike: the same bundle,
 // build and CPU class, and the same bytes in answer to a sample row. One that

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "common/rpc/server.h"
@@ -97,6 +98,64 @@ TEST_F(RemoteAnnotatorTest, AsksAgainWhenAnAnswerIsLate) {
     return grpc::Status::OK;
   });
   options_.call_timeout = absl::Milliseconds(300);
+
+  ASSERT_THAT(Annotate(), IsOk());
+
+  EXPECT_EQ(targets_, expected_);
+}
+
+// Answers no part before `first` has been asked for as many as `batches` says.
+FakeTeacher::Fault After(const FakeTeacher& first,
+                         const std::atomic<int>& batches) {
+  return [&](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
+    while (call > 0 && first.batches() < batches && !context.IsCancelled()) {
+      std::this_thread::yield();
+    }
+    return grpc::Status::OK;
+  };
+}
+
+TEST_F(RemoteAnnotatorTest, GivesAReplicaThatHangsNoRowsUntilItAnswersAgain) {
+  options_.calls_in_flight = 1;
+  options_.call_timeout = absl::Hours(1);
+  options_.late_floor = absl::Milliseconds(1);
+  std::atomic<int> batches = 1;
+  const absl::Cleanup join = [&] { servers_.clear(); };
+  FakeTeacher& a = Add();
+  Add(After(a, batches));
+  const auto annotator = ConnectAnnotator(options_);
+  ASSERT_THAT(annotator, IsOk());
+  a.SetHanging(true);
+
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_THAT(Annotate(**annotator), IsOk());
+    EXPECT_EQ(targets_, expected_);
+    EXPECT_EQ(a.batches(), 1);
+  }
+
+  // The other one now waits until it has got rows.
+  a.SetHanging(false);
+  batches = 2;
+  ASSERT_THAT(Annotate(**annotator), IsOk());
+  EXPECT_EQ(targets_, expected_);
+}
+
+TEST_F(RemoteAnnotatorTest, AnotherReplicaTakesOverFromOneThatIsSlow) {
+  options_.calls_in_flight = 1;
+  options_.call_timeout = absl::Hours(1);
+  options_.late_floor = absl::Milliseconds(1);
+  // Answers once the other has been asked for all 7 parts, its own included.
+  FakeTeacher* other = nullptr;
+  const std::atomic<int> batches = 1;
+  const absl::Cleanup join = [&] { servers_.clear(); };
+  const FakeTeacher& a =
+      Add([&](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
+        while (call > 0 && other->batches() < 7 && !context.IsCancelled()) {
+          std::this_thread::yield();
+        }
+        return grpc::Status::OK;
+      });
+  other = &Add(After(a, batches));
 
   ASSERT_THAT(Annotate(), IsOk());
 

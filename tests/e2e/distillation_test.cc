@@ -171,8 +171,9 @@ TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
   {
     const Served served(rig, "first", teacher, address);
     const auto train = rig.Start(
-        "run",
-        rig.Train("run", 1000, Taught(address, {"--teacher-patience", "5"})));
+        "run", rig.Train("run", 1000,
+                         Taught(address, {"--teacher-patience", "5",
+                                          "--teacher-timeout", "5"})));
     rig.AwaitRows(*train, "run", 1);
 
     served.process->Signal(SIGKILL);

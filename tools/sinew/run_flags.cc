@@ -39,6 +39,12 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                   "them answers")
       ->capture_default_str()
       ->check(CLI::Range(0.001, 1e6));
+  command
+      .add_option("--teacher-timeout", flags.teacher_timeout,
+                  "seconds of one call to a teacher elsewhere, after which it "
+                  "has failed; longer than its slowest answer")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1e6));
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
@@ -62,6 +68,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.continue_from = flags.continue_from;
   options.teachers = flags.teachers;
   options.teacher_patience = absl::Seconds(flags.teacher_patience);
+  options.teacher_timeout = absl::Seconds(flags.teacher_timeout);
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;

@@ -27,6 +27,7 @@ struct RunFlags {
   std::string continue_from;
   std::vector<std::string> teachers;
   double teacher_patience = 120;  // seconds
+  double teacher_timeout = 30;    // seconds
   bool migrate_library = false;
   std::vector<std::string> set;
 };

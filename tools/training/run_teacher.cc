@@ -158,6 +158,7 @@ absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options,
   teacher::RemoteAnnotatorOptions remote;
   remote.addresses = options.teachers;
   remote.patience = options.patience;
+  remote.call_timeout = options.timeout;
   remote.security = options.security;
   remote.stop = options.stop;
   RunTeacher result;

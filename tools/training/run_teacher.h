@@ -43,6 +43,8 @@ struct RunTeacherOptions {
   std::vector<std::string> teachers;
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
+  // Of one call to an address, > 0.
+  absl::Duration timeout = absl::Seconds(30);
   int threads = 1;  // of all bundles in this process; one works at a time
   rpc::Security security = {};
   StopToken stop = {};

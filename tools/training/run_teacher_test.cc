@@ -9,8 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/rpc/server.h"
+#include "common/rpc/testing/held_grpc.h"
+#include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -18,6 +23,7 @@
 #include "proto/sinew/v1/teacher.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
+#include "teacher/client/testing/fake_teacher.h"
 
 namespace sinew::tools {
 namespace {
@@ -27,6 +33,9 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+[[maybe_unused]] const auto* const held_grpc =
+    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
 std::vector<std::string> ClipNames(const motion::Library& library) {
   std::vector<std::string> names;
@@ -346,6 +355,31 @@ TEST(RunTeacher, RefusesBundlesThatKnowAClipEquallyWell) {
   EXPECT_THAT(
       run.Open({all, front, back, run.Bundle("middle", {clips[1]}, 0.45)}),
       IsOk());
+}
+
+// The first call is never answered; without a time of its own it would last as
+// long as patience does.
+TEST(RunTeacher, ElsewhereHasSoLongForACallAsItIsGiven) {
+  using teacher::testing::FakeTeacher;
+  Fitting run;
+  const rpc::SocketFolder folder;
+  const std::string address = folder.Address("teacher");
+  FakeTeacher teacher(
+      [](int call, grpc::ServerContext& context, v1::AnnotateResponse&) {
+        if (call == 0) teacher::testing::AwaitCancellation(context);
+        return grpc::Status::OK;
+      });
+  const auto server = rpc::Server::Start({.address = address}, {&teacher});
+  ASSERT_THAT(server.status(), IsOk());
+
+  EXPECT_THAT(OpenTeacher({.teachers = {address},
+                           .patience = absl::Seconds(20),
+                           .timeout = absl::Milliseconds(100)},
+                          run.recipe, run.setup)
+                  .status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(address), HasSubstr("control_hz"))));
+  EXPECT_EQ(teacher.calls(), 2);
 }
 
 TEST(RunTeacher, IsBundlesOrAddressesNotBoth) {

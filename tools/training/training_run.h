@@ -100,6 +100,8 @@ class TrainingRun {
     std::vector<std::string> teachers = {};
     // How long to go on asking teachers elsewhere without an answer, > 0.
     absl::Duration teacher_patience = absl::Minutes(2);
+    // Of one call to them, > 0.
+    absl::Duration teacher_timeout = absl::Seconds(30);
     // Go on with another library than the run's, if it is another.
     bool migrate_library = false;
   };

@@ -70,6 +70,7 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
   SINEW_ASSIGN_OR_RETURN(std::optional<RunTeacher> teacher,
                          OpenTeacher({.teachers = options.teachers,
                                       .patience = options.teacher_patience,
+                                      .timeout = options.teacher_timeout,
                                       .threads = options.ranks,
                                       .security = options.security,
                                       .stop = stop},

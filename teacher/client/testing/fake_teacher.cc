@@ -51,14 +51,27 @@ int FakeTeacher::calls() const {
   return calls_;
 }
 
+int FakeTeacher::batches() const {
+  MutexLock lock(mu_);
+  return batches_;
+}
+
 int FakeTeacher::most_rows() const {
   MutexLock lock(mu_);
   return most_rows_;
 }
 
-grpc::Status FakeTeacher::Describe(grpc::ServerContext*,
+bool FakeTeacher::MayAnswer(const grpc::ServerContext& context) const {
+  while (hanging_ && !context.IsCancelled()) {
+    rpc::WaitFor(absl::Milliseconds(5), {});
+  }
+  return !context.IsCancelled();
+}
+
+grpc::Status FakeTeacher::Describe(grpc::ServerContext* context,
                                    const v1::DescribeTeacherRequest*,
                                    v1::DescribeTeacherResponse* response) {
+  if (!MayAnswer(*context)) return grpc::Status::CANCELLED;
   MutexLock lock(mu_);
   *response = description_;
   return grpc::Status::OK;
@@ -72,6 +85,7 @@ grpc::Status FakeTeacher::Annotate(grpc::ServerContext* context,
   {
     MutexLock lock(mu_);
     call = calls_++;
+    if (request->rows() > 1) ++batches_;
     most_rows_ = std::max(most_rows_, request->rows());
     if (request->bundle_sha256() != description_.bundle_sha256()) {
       return grpc::Status(grpc::StatusCode::FAILED_PRECONDITION,
@@ -82,6 +96,7 @@ grpc::Status FakeTeacher::Annotate(grpc::ServerContext* context,
     observation = description_.observation_width();
     action = description_.action_width();
   }
+  if (!MayAnswer(*context)) return grpc::Status::CANCELLED;
   const auto observations = Numbers<float>(request->observations());
   auto targets = Numbers<double>(request->bases());
   for (size_t i = 0; i < targets.size(); ++i) {

@@ -1,6 +1,7 @@
 #ifndef SINEW_TEACHER_CLIENT_TESTING_FAKE_TEACHER_H_
 #define SINEW_TEACHER_CLIENT_TESTING_FAKE_TEACHER_H_
 
+#include <atomic>
 #include <functional>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace sinew::teacher::testing {
 //
 //   target_j = base_j + (j + 1) * observation_0       spread_j = (j + 1) / 8
 //
-// Thread-safety: any thread. Ownership: copies. Blocking: as the fault does.
-// Errors: the fault's.
+// Thread-safety: any thread. Ownership: copies. Blocking: as the fault does, or
+// while it hangs. Errors: the fault's.
 class FakeTeacher final : public v1::Teacher::Service {
  public:
   // Called for every Annotate, counted from 0, after the answer is there:
@@ -29,7 +30,13 @@ class FakeTeacher final : public v1::Teacher::Service {
   void SetDescription(const v1::DescribeTeacherResponse& description)
       SINEW_EXCLUDES(mu_);
 
+  // From now on it takes calls and answers none, but by their cancellation; or
+  // answers again, those too that it has taken.
+  void SetHanging(bool hanging) { hanging_ = hanging; }
+
   int calls() const SINEW_EXCLUDES(mu_);
+  // Of them those for more than a row, which no introduction asks for.
+  int batches() const SINEW_EXCLUDES(mu_);
   // Rows of the largest call.
   int most_rows() const SINEW_EXCLUDES(mu_);
 
@@ -43,10 +50,15 @@ class FakeTeacher final : public v1::Teacher::Service {
       SINEW_EXCLUDES(mu_);
 
  private:
+  // Waits while it hangs; whether it may answer.
+  bool MayAnswer(const grpc::ServerContext& context) const;
+
   const Fault fault_;
+  std::atomic<bool> hanging_ = false;
   mutable Mutex mu_;
   v1::DescribeTeacherResponse description_ SINEW_GUARDED_BY(mu_);
   int calls_ SINEW_GUARDED_BY(mu_) = 0;
+  int batches_ SINEW_GUARDED_BY(mu_) = 0;
   int most_rows_ SINEW_GUARDED_BY(mu_) = 0;
 };
 
