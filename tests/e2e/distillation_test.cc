@@ -239,6 +239,30 @@ TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {
                               HasSubstr("\"latent_kl\"")));
 }
 
+// As PULSE has it: prior and decoder see heights, places, turns and velocities
+// of all bodies. Of the toy's 5: 15 * 5 - 2 numbers, and 24 * 5 of the goal.
+TEST(DistillationTest, GivesALatentThatSeesTheBodies) {
+  const TrainingRig rig;
+  const TrainingRig::Arguments bodies = {
+      "--set", "task.observation.blocks=[self_bodies,reference_bodies]"};
+  const std::string teacher = MakeTeacher(rig, "teacher", bodies);
+  TrainingRig::Arguments arguments = Taught(teacher, Latent());
+  arguments.insert(arguments.end(), bodies.begin(), bodies.end());
+
+  rig.MustRun("run", rig.Train("run", 2, arguments));
+
+  const std::string folder = JoinPath(rig.Path("run"), "bundle");
+  const auto bundle = bundle::ReadBundle(folder);
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(bundle->manifest.self_observation_width(), 73);
+  EXPECT_EQ(bundle->manifest.observation_width(), 73 + 120);
+  EXPECT_EQ(bundle->manifest.latent_width(), 3);
+  rig.MustRun("verify", {"verify", folder, "--skip-onnx"});
+  rig.MustRun("sample",
+              {"sample", "--bundle", folder, "--motions",
+               rig.ToyFile("library"), "--seconds", "0.5", "--count", "4"});
+}
+
 TEST(DistillationTest, TrainsAStudentWithoutABottleneck) {
   const TrainingRig rig;
   const std::string teacher = MakeTeacher(rig);
