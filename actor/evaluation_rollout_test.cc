@@ -119,7 +119,7 @@ TEST(Evaluation, AnErrorOfTheEngineElsewhereEndsTheOrderAndNotTheWorker) {
 
   EXPECT_THAT(
       rig.worker->Run(rig.EvaluationOrder({{1, 0, 4}}), *rig.snapshot).status(),
-      StatusIs(absl::StatusCode::kInternal,
+      StatusIs(absl::StatusCode::kFailedPrecondition,
                ::testing::HasSubstr("stopped while observing a body")));
   rig.worker->SetFrameObserver(nullptr);
   EXPECT_TRUE(rig.Run(rig.EvaluationOrder({{1, 0, 4}})).results(0).success());

@@ -22,7 +22,7 @@ absl::StatusOr<PhysicsBatch> PhysicsBatch::Create(const mjModel* model,
 
 absl::Status PhysicsBatch::EngineError(int index,
                                        absl::string_view doing) const {
-  return absl::InternalError(
+  return absl::FailedPreconditionError(
       absl::StrCat("MuJoCo stopped while ", doing, " (environment ", index,
                    " of the batch): ", mjb_error(batch_.get(), index)));
 }

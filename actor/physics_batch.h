@@ -48,8 +48,9 @@ class PhysicsBatch {
     return mjb_status(batch_.get())[index] == 0;
   }
 
-  // INTERNAL: what the engine said where the environment's last call ended so;
-  // `doing` says what the call was for.
+  // FAILED_PRECONDITION, since every actor of this build would fare alike: what
+  // the engine said where the environment's last call ended so; `doing` says
+  // what the call was for.
   absl::Status EngineError(int index, absl::string_view doing) const;
 
  private:

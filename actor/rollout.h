@@ -53,7 +53,7 @@ namespace sinew::actor {
 // Run computes for milliseconds to seconds and checks `cancel` every control
 // step. Errors: INVALID_ARGUMENT for an order that does not fit (names field,
 // expected, found); FAILED_PRECONDITION for a policy whose output is not
-// finite; INTERNAL where MuJoCo gives up outside of a step (within one it is a
+// finite, and where MuJoCo gives up outside of a step (within one it is a
 // divergence); CANCELLED. Nothing allocates per step once a segment's columns
 // are there, except where an episode ends.
 class RolloutWorker {

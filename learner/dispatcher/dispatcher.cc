@@ -40,6 +40,7 @@ class DispatcherImpl final : public Dispatcher,
   Statistics statistics() const override;
   absl::Status failure() const override;
   void Shutdown(absl::Time deadline) override;
+  void Interrupt() override;
 
   void OnMessage(Session& session, bool ok) override;
   void OnWritten(Session& session, bool ok) override;
@@ -209,6 +210,16 @@ void DispatcherImpl::Shutdown(absl::Time deadline) {
   AwaitSessions(kCancelled);
   ticker_.request_stop();
   if (ticker_.joinable()) ticker_.join();
+}
+
+void DispatcherImpl::Interrupt() {
+  SessionActions actions;
+  {
+    MutexLock lock(mu_);
+    roster_.Interrupt();
+    roster_.Advance(actions);
+  }
+  actions.Run();
 }
 
 void DispatcherImpl::CloseAll() {

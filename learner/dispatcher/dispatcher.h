@@ -81,6 +81,12 @@ class Dispatcher {
   // afterwards. Returns when all streams have ended, at most 5 s late.
   virtual void Shutdown(absl::Time deadline) = 0;
 
+  // Ends every stream with UNAVAILABLE, as where the learner is restarted: an
+  // actor comes back to whoever listens at the address then. No order is given
+  // out and nobody admitted afterwards; Shutdown is still to be called, and
+  // tells nobody to go.
+  virtual void Interrupt() = 0;
+
   virtual grpc::Service* service() = 0;
 };
 

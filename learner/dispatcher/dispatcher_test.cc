@@ -185,6 +185,23 @@ TEST_F(DispatcherTest, EndsStreamsAtTheDeadlineOfShutdown) {
   EXPECT_EQ(dispatcher_.statistics().lost_actors, 1);
 }
 
+// So an actor comes back: it was not told to go.
+TEST_F(DispatcherTest, EndsStreamsWithoutADrainWhereItIsInterrupted) {
+  dispatcher_.Add(MakeOrders({1}));
+  TestActor busy(rig_, "busy");
+  busy.Join();
+  busy.Want(1);
+  ASSERT_THAT(busy.ReadOrder(), Optional(1));
+
+  dispatcher_.Interrupt();
+
+  EXPECT_THAT(busy.ReadEnd(), StatusIs(absl::StatusCode::kUnavailable,
+                                       HasSubstr("going away")));
+  TestActor late(rig_, "late");
+  EXPECT_THAT(late.Register(MakeRegister("late")),
+              StatusIs(absl::StatusCode::kUnavailable));
+}
+
 TEST_F(DispatcherTest, AdmitsNobodyAfterShutdown) {
   dispatcher_.Shutdown(absl::InfiniteFuture());
   TestActor late(rig_, "late");

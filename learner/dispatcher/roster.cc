@@ -166,6 +166,11 @@ void Roster::Drain() {
   for (auto& [id, session] : sessions_) DrainOne(*session);
 }
 
+void Roster::Interrupt() {
+  draining_ = true;
+  CloseAll();
+}
+
 void Roster::DrainOne(Session& session) {
   if (!session.registered) {
     Close(session, GoingAway());

@@ -43,6 +43,11 @@ LearnerServer::~LearnerServer() {
   server_->Shutdown(kShutdownTimeout);
 }
 
+void LearnerServer::Interrupt() {
+  server_->Drain();
+  dispatcher_->Interrupt();
+}
+
 void LearnerServer::Drain(absl::Duration timeout) {
   server_->Drain();
   dispatcher_->Shutdown(absl::Now() + timeout);

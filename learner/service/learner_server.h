@@ -57,6 +57,8 @@ class LearnerServer {
   // No more orders: actors finish what they hold and go, or are cut off after
   // `timeout`.
   void Drain(absl::Duration timeout);
+  // Ends all streams, so that actors come back to the next learner here.
+  void Interrupt();
 
  private:
   explicit LearnerServer(const Options& options);

@@ -9,7 +9,6 @@
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "common/digest.h"
 #include "common/files.h"
@@ -225,11 +224,11 @@ void Judge(const ImportOptions& options, ClipReport* report) {
         "no known skeleton map fits; one was drafted from joint names and "
         "rest pose";
   }
-  if (!(report->duration_s >= kShortestSeconds)) {
+  const std::string too_short = TooShort(info, report->duration_s);
+  if (!too_short.empty()) {
     verdict.status = ClipStatus::kRejected;
-    verdict.reason = absl::StrFormat("length %.3g s, expected at least %g s",
-                                     report->duration_s, kShortestSeconds);
-    verdict.findings.insert(verdict.findings.begin(), verdict.reason);
+    verdict.reason = too_short;
+    verdict.findings.insert(verdict.findings.begin(), too_short);
   }
   if (verdict.status == ClipStatus::kRejected) {
     report->status = absl::FailedPreconditionError(

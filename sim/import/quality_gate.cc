@@ -89,4 +89,10 @@ Verdict JudgeQuality(const v1::ClipQuality& quality) {
   return verdict;
 }
 
+std::string TooShort(const v1::ClipInfo& clip, double seconds) {
+  if (clip.loops() || seconds >= kShortestSeconds) return "";
+  return absl::StrFormat("length %.3g s, expected at least %g s", seconds,
+                         kShortestSeconds);
+}
+
 }  // namespace sinew::import

@@ -22,8 +22,8 @@ namespace sinew::import {
 // the wrong units. Warnings begin where clips still train but are worth a look:
 // at about the worst tenth of good recordings.
 
-// A clip shorter than this is rejected whatever its figures say: it is over
-// before a body can fall, so whoever tracks it succeeds.
+// A clip that ends and is shorter than this is rejected whatever its figures
+// say: it is over before a body can fall, so whoever tracks it succeeds.
 inline constexpr double kShortestSeconds = 0.2;
 
 enum class ClipStatus { kOk, kWarned, kRejected };
@@ -57,6 +57,10 @@ struct Verdict {
 // Holds the figures against the limits; a figure that is not finite rejects.
 // Pure.
 Verdict JudgeQuality(const v1::ClipQuality& quality);
+
+// Why a clip of so many seconds is too short, e.g. "length 0.1 s, expected at
+// least 0.2 s"; empty: it is not. Pure.
+std::string TooShort(const v1::ClipInfo& clip, double seconds);
 
 }  // namespace sinew::import
 

@@ -270,6 +270,9 @@ absl::Status CheckOptions(const RemoteAnnotatorOptions& options) {
       return wrong(name, "> 0", absl::FormatDuration(value));
     }
   }
+  if (options.late_floor == absl::InfiniteDuration()) {
+    return wrong("late_floor", "an end", "none");
+  }
   return absl::OkStatus();
 }
 

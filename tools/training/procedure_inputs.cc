@@ -52,9 +52,16 @@ ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
 absl::Status CheckClean(const v1::MotionLibrary& library) {
   for (const v1::ClipInfo& clip : library.clips()) {
     const import::Verdict verdict = import::JudgeQuality(clip.quality());
-    if (verdict.status != import::ClipStatus::kRejected) continue;
+    std::string reason;
+    if (verdict.status == import::ClipStatus::kRejected) {
+      reason = verdict.reason;
+    } else {
+      reason = import::TooShort(clip, static_cast<double>(clip.num_frames()) /
+                                          library.frames_per_second());
+    }
+    if (reason.empty()) continue;
     return absl::FailedPreconditionError(absl::StrCat(
-        "motion library clip \"", clip.name(), "\": ", verdict.reason,
+        "motion library clip \"", clip.name(), "\": ", reason,
         "; import the library again, which leaves such clips out"));
   }
   return absl::OkStatus();

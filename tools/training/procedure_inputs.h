@@ -21,6 +21,7 @@ struct ProcedureInputs {
   std::vector<std::string> clips;       // names of all, in the library's order
   std::vector<std::string> trained_on;  // of those that starts are drawn from
   ProcedureRecord record;               // of a procedure that begins
+  absl::Status clean;                   // CheckClean: whether it may
 };
 
 // `recipe` has its defaults filled; `setup` is that of one of its stages;
@@ -31,8 +32,8 @@ ProcedureInputs MakeProcedureInputs(const v1::Recipe& recipe,
                                     const std::string& init_sha256);
 
 // Whether a procedure may begin on the library: FAILED_PRECONDITION naming the
-// first clip whose figures are beyond the import's limits
-// (sim/import/quality_gate.h). Pure.
+// first clip whose figures or length are beyond the import's limits
+// (sim/import/quality_gate.h). One that has begun goes on as it is. Pure.
 absl::Status CheckClean(const v1::MotionLibrary& library);
 
 // What the import of the library in the folder `motions`, of `clips` clips, has

@@ -125,12 +125,12 @@ class ProcedureRun {
 
 absl::Status ProcedureRun::Load() {
   const std::string file = folder_->procedure();
-  if (!FileExists(file)) return absl::OkStatus();
+  if (!FileExists(file)) return inputs_.clean;
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
   SINEW_ASSIGN_OR_RETURN(ProcedureRecord before, ParseProcedure(text, file));
   // Of a procedure that trained nothing yet: this one begins instead.
   if (before.Finished().empty() && !RunFolder::HasState(folder_->path())) {
-    return absl::OkStatus();
+    return inputs_.clean;
   }
   SINEW_RETURN_IF_ERROR(CheckSameInputs(before, record_, folder_->path()));
   record_ = std::move(before);
@@ -368,9 +368,9 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
   SINEW_ASSIGN_OR_RETURN(
       const TaskSetup setup,
       SetUpTask(TaskOf(options.recipe), options.character, options.motions));
-  SINEW_RETURN_IF_ERROR(CheckClean(setup.library->manifest()));
   SINEW_ASSIGN_OR_RETURN(const std::string init, InitDigest(options));
   ProcedureInputs inputs = MakeProcedureInputs(options.recipe, setup, init);
+  inputs.clean = CheckClean(setup.library->manifest());
   inputs.record.cleaned_away =
       CleanedAway(options.motions, inputs.record.library_clips);
   return inputs;
@@ -399,6 +399,7 @@ ProcedureSteps ServedStages::Steps() {
 
 absl::StatusOr<TrainingRun::Result> ServedStages::Train(
     const TrainingRun::Options& options) {
+  if (last_ != nullptr) last_->Interrupt();
   last_.reset();
   TrainingRun::Options here = options;
   if (!address_.empty()) here.listen = address_;

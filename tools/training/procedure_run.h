@@ -40,8 +40,10 @@ ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
                                const StopToken& stop);
 
 // The same for actors elsewhere: a stage's servers stay at options.listen until
-// those of the next one begin there, so that actors wait for it, connected or
-// coming back, while the stage is evaluated. One caller.
+// the next one is opened there, so that actors wait while the stage is
+// evaluated; then their streams end and they come back. Where no stage is left
+// to train, or one cannot be opened, nobody listens and actors give up by
+// themselves. One caller.
 class ServedStages {
  public:
   // Borrows the clock.

@@ -93,6 +93,8 @@ absl::StatusOr<std::unique_ptr<RunServices>> RunServices::Start(
   return result;
 }
 
+void RunServices::Interrupt() { server_->Interrupt(); }
+
 void RunServices::Drain(absl::Duration timeout) { server_->Drain(timeout); }
 
 }  // namespace sinew::tools

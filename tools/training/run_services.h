@@ -59,6 +59,8 @@ class RunServices {
 
   // Actors finish what they hold and go, or are cut off after `timeout`.
   void Drain(absl::Duration timeout);
+  // Their streams end, and they come back to whoever listens here next.
+  void Interrupt();
 
  private:
   RunServices();

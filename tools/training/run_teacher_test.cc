@@ -379,7 +379,7 @@ TEST(RunTeacher, ElsewhereHasSoLongForACallAsItIsGiven) {
                   .status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(address), HasSubstr("control_hz"))));
-  EXPECT_EQ(teacher.calls(), 2);
+  EXPECT_GE(teacher.calls(), 2);
 }
 
 TEST(RunTeacher, IsBundlesOrAddressesNotBoth) {

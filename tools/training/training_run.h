@@ -137,6 +137,8 @@ class TrainingRun {
   absl::Status Train();
   Result result() const;
   void Drain(absl::Duration timeout) { services_->Drain(timeout); }
+  // Instead: actors come back to the next run at this address.
+  void Interrupt() { services_->Interrupt(); }
 
  private:
   TrainingRun(const Options& options, Clock& clock, const StopToken& stop);

@@ -96,8 +96,20 @@ absl::Status ReadSamples(const std::string& path, CardFacts* facts) {
   if (library != facts->library_sha256) {
     return UnfitField(path, "library.sha256", facts->library_sha256, library);
   }
-  if (!file.value("ways", Json()).is_array()) {
+  if (!file.contains("start") || !file["start"].is_string()) {
+    return UnfitField(path, "start", "text", "none");
+  }
+  if (!file.contains("ways") || !file["ways"].is_array()) {
     return UnfitField(path, "ways", "an array", "none");
+  }
+  for (const Json& way : file["ways"]) {
+    if (!way.is_object() || !way.contains("name") || !way["name"].is_string()) {
+      return UnfitField(path, "ways.name", "text", "none");
+    }
+    if (way.contains("transitions") && !way["transitions"].is_object()) {
+      return UnfitField(path, "ways.transitions", "an object",
+                        "something else");
+    }
   }
   facts->samples = std::move(file);
   return absl::OkStatus();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -138,6 +139,18 @@ TEST_F(ModelCardTest, SaysWhatThePriorDoes) {
                     HasSubstr("| noise 0.5 | 256 | 75.0 % | - | 50.0 % | "
                               "81.2 % |")));
 
+  const std::string good = *ReadFile(options_.samples);
+  for (const auto& [from, to] :
+       {std::pair("\"standing\"", "3"), std::pair("\"noise 0.5\"", "null"),
+        std::pair("{\"coverage\": 0.5}", "[]"),
+        std::pair("\"ways\"", "\"others\"")}) {
+    EXPECT_THAT(WriteFileAtomically(options_.samples,
+                                    absl::StrReplaceAll(good, {{from, to}})),
+                IsOk());
+    EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                                 HasSubstr("samples.json")))
+        << to;
+  }
   write("ab", (*library)->digest());
   EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
                                AllOf(HasSubstr("samples.json"),

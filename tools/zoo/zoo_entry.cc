@@ -57,7 +57,8 @@ absl::Status CheckEvaluation(const std::string& file,
                       {"/bundle/path", "/library/path"});
 }
 
-absl::Status CheckChapters(const std::string& file, const std::string& card) {
+absl::Status CheckChapters(const std::string& file, const std::string& card,
+                           bool has_prior) {
   for (const char* chapter :
        {"## Trained on", "## Training", "## Metrics", "## Limitations",
         "## How to make it again", "## How to load it"}) {
@@ -71,6 +72,12 @@ absl::Status CheckChapters(const std::string& file, const std::string& card) {
         file,
         ": expected figures beside the zero action's, found none (sinew "
         "card --eval)"));
+  }
+  if (has_prior && !absl::StrContains(card, "\nIts prior alone, ")) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        file,
+        ": expected what its prior does alone, found none (sinew card "
+        "--samples)"));
   }
   return absl::OkStatus();
 }
@@ -91,7 +98,11 @@ absl::Status CheckFiles(const std::string& folder,
   }
   const std::string recipe = JoinPath(folder, "recipe.textproto");
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(recipe));
-  return ParseRecipe(text, recipe).status();
+  SINEW_ASSIGN_OR_RETURN(const v1::Recipe parsed, ParseRecipe(text, recipe));
+  if (parsed.name() == manifest.provenance().recipe()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      recipe, ": name: expected the bundle's recipe \"",
+      manifest.provenance().recipe(), "\", found \"", parsed.name(), "\""));
 }
 
 }  // namespace
@@ -132,7 +143,8 @@ absl::Status CheckZooEntry(const std::string& folder) {
         absl::StrCat(file, ": expected the digest of the bundle's manifest, ",
                      digest, ", found none or another"));
   }
-  SINEW_RETURN_IF_ERROR(CheckChapters(file, card));
+  SINEW_RETURN_IF_ERROR(
+      CheckChapters(file, card, bundle.manifest.latent_width() > 0));
   SINEW_RETURN_IF_ERROR(CheckFiles(folder, bundle.manifest));
   const auto& licences = bundle.manifest.provenance().data_licences();
   if (licences.empty()) {

@@ -18,7 +18,7 @@ namespace sinew::zoo {
 //   zoo/NAME/eval.json what `sinew eval` says of this very bundle, its paths
 //                      not absolute
 //   zoo/NAME/samples.json  the same of `sinew sample`, where it has a prior
-//   zoo/NAME/recipe.textproto  a recipe
+//   zoo/NAME/recipe.textproto  a recipe of the name that the bundle says
 //
 // and may hold: fallen.json (as eval.json), state (README.md).
 //

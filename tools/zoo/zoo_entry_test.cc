@@ -94,6 +94,11 @@ TEST_F(ZooEntry, IsABundleItsCardItsFiguresAndItsRecipe) {
   WriteFile("CARD.md", Card());
   EXPECT_THAT(CheckZooEntry(folder_), IsOk());
 
+  v1::Recipe other = toy_.recipe;
+  other.set_name("other");
+  WriteFile("recipe.textproto", PrintRecipe(other));
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(kUnfit, HasSubstr("recipe.textproto: name")));
   WriteFile("recipe.textproto", "seed: none");
   EXPECT_THAT(CheckZooEntry(folder_),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -165,7 +170,7 @@ class LatentZooEntry : public ZooEntry {
  protected:
   LatentZooEntry() : ZooEntry(bundle::testing::ToyLatentRecipe()) {
     Write(bundle::testing::ToyLatentContent(toy_));
-    WriteFile("CARD.md", Card());
+    WriteFile("CARD.md", absl::StrCat(Card(), "\nIts prior alone, 10 s"));
   }
   void WriteSamples(absl::string_view of, absl::string_view motions) const {
     WriteFile(
@@ -186,6 +191,9 @@ TEST_F(LatentZooEntry, HasSamplesOfItsPrior) {
               StatusIs(kUnfit, HasSubstr("samples.json: library.motions")));
   WriteSamples(digest(), "library");
   EXPECT_THAT(CheckZooEntry(folder_), IsOk());
+  WriteFile("CARD.md", Card());
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(kUnfit, HasSubstr("what its prior does alone")));
 }
 
 TEST_F(ZooEntry, IsNotLargerThanABundleMayBe) {
