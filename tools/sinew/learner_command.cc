@@ -9,6 +9,7 @@
 #include "tools/sinew/run_flags.h"
 #include "tools/sinew/security_flags.h"
 #include "tools/training/procedure_run.h"
+#include "tools/training/procedure_steps.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {

@@ -7,6 +7,7 @@
 #include "common/status_macros.h"
 #include "tools/sinew/run_flags.h"
 #include "tools/training/procedure_run.h"
+#include "tools/training/procedure_steps.h"
 #include "tools/training/run_with_actors.h"
 #include "tools/training/training_run.h"
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@
 #include "deploy/bundle/manifest.h"
 #include "learner/procedure/procedure.h"
 #include "learner/procedure/stage_recipe.h"
-#include "tools/evaluation/evaluate_bundle.h"
+#include "tools/evaluation/evaluation.h"
 #include "tools/training/procedure_bounds.h"
 #include "tools/training/procedure_inputs.h"
 #include "tools/training/procedure_record.h"
@@ -351,17 +352,6 @@ absl::StatusOr<std::string> InitDigest(const TrainingRun::Options& options) {
   return Sha256Hex(*manifest);
 }
 
-std::function<absl::StatusOr<evaluation::EvaluationFigures>(
-    const std::string&, const std::string&, const std::string&,
-    const evaluation::EvaluationOptions&)>
-EvaluateStep(const StopToken& stop) {
-  return [stop](const std::string& bundle, const std::string& motions,
-                const std::string& out,
-                const evaluation::EvaluationOptions& options) {
-    return evaluation::EvaluateBundle(bundle, motions, out, options, stop);
-  };
-}
-
 // What it is about; the assets themselves are given up.
 absl::StatusOr<ProcedureInputs> ReadInputs(
     const TrainingRun::Options& options) {
@@ -377,41 +367,6 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
 }
 
 }  // namespace
-
-ProcedureSteps StepsWithActors(const LocalActors& actors, Clock& clock,
-                               const StopToken& stop) {
-  return {.train =
-              [actors, &clock, stop](const TrainingRun::Options& options) {
-                return RunWithActors(options, actors, clock, stop);
-              },
-          .evaluate = EvaluateStep(stop)};
-}
-
-ServedStages::ServedStages(Clock& clock, const StopToken& stop)
-    : clock_(clock), stop_(stop) {}
-
-ServedStages::~ServedStages() = default;
-
-ProcedureSteps ServedStages::Steps() {
-  return {.train = [this](const auto& options) { return Train(options); },
-          .evaluate = EvaluateStep(stop_)};
-}
-
-absl::StatusOr<TrainingRun::Result> ServedStages::Train(
-    const TrainingRun::Options& options) {
-  if (last_ != nullptr) last_->Interrupt();
-  last_.reset();
-  TrainingRun::Options here = options;
-  if (!address_.empty()) here.listen = address_;
-  SINEW_ASSIGN_OR_RETURN(last_, TrainingRun::Open(here, clock_, stop_));
-  address_ = last_->address();
-  SINEW_RETURN_IF_ERROR(last_->Train());
-  return last_->result();
-}
-
-void ServedStages::Drain(absl::Duration timeout) {
-  if (last_ != nullptr) last_->Drain(timeout);
-}
 
 absl::Status RunProcedure(const TrainingRun::Options& options,
                           const ProcedureSteps& steps, const StopToken& stop) {
