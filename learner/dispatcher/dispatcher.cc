@@ -50,7 +50,6 @@ class DispatcherImpl final : public Dispatcher,
   // Reads on, with no lock held; BeginStartRead was called.
   void StartRead(Session& session);
   void Tick(const std::stop_token& stop);
-  void CloseAll();
   void AwaitSessions(absl::Duration patience);
 
   const std::function<void(double seconds)> on_apply_;
@@ -201,7 +200,7 @@ void DispatcherImpl::Shutdown(absl::Time deadline) {
   }
   actions.Run();
   AwaitSessions(deadline - clock_.WallNow());
-  CloseAll();
+  Interrupt();
   AwaitSessions(kFarewell);
   {
     MutexLock lock(mu_);
@@ -217,16 +216,6 @@ void DispatcherImpl::Interrupt() {
   {
     MutexLock lock(mu_);
     roster_.Interrupt();
-    roster_.Advance(actions);
-  }
-  actions.Run();
-}
-
-void DispatcherImpl::CloseAll() {
-  SessionActions actions;
-  {
-    MutexLock lock(mu_);
-    roster_.CloseAll();
     roster_.Advance(actions);
   }
   actions.Run();

@@ -168,7 +168,7 @@ void Roster::Drain() {
 
 void Roster::Interrupt() {
   draining_ = true;
-  CloseAll();
+  for (auto& [id, session] : sessions_) Close(*session, GoingAway());
 }
 
 void Roster::DrainOne(Session& session) {
@@ -181,10 +181,6 @@ void Roster::DrainOne(Session& session) {
   v1::DispatcherMessage message;
   message.mutable_drain()->set_reason("the learner has finished");
   session.Push(std::move(message));
-}
-
-void Roster::CloseAll() {
-  for (auto& [id, session] : sessions_) Close(*session, GoingAway());
 }
 
 void Roster::CancelAll() {

@@ -49,10 +49,8 @@ class Roster {
   // once its actor holds nothing.
   void Drain();
   bool draining() const { return draining_; }
-  // The same, but that all streams end now.
+  // The same, but that all streams end now, whatever their actors hold.
   void Interrupt();
-  // Ends all streams, whatever their actors hold.
-  void CloseAll();
   // Breaks all streams off.
   void CancelAll();
 

@@ -328,10 +328,11 @@ Decision NextStage(const v1::Procedure& procedure,
 
 int ResultStage(absl::Span<const FinishedStage> finished) {
   // Stages that recover come after all that only track.
-  size_t first = 0;
-  for (size_t i = finished.size(); i-- > 0;) {
-    if (finished[i].stage.kind == StageKind::kRecovery) first = i;
-  }
+  const auto recovery = std::find_if(
+      finished.begin(), finished.end(),
+      [](const auto& one) { return one.stage.kind == StageKind::kRecovery; });
+  const size_t first =
+      recovery == finished.end() ? 0 : recovery - finished.begin();
   size_t best = first;
   for (size_t i = first; i < finished.size(); ++i) {
     if (finished[i].stage.kind == StageKind::kSingle) continue;

@@ -5,10 +5,7 @@
 namespace sinew::tools {
 namespace {
 
-std::function<absl::StatusOr<evaluation::EvaluationFigures>(
-    const std::string&, const std::string&, const std::string&,
-    const evaluation::EvaluationOptions&)>
-EvaluateStep(const StopToken& stop) {
+decltype(ProcedureSteps::evaluate) EvaluateStep(const StopToken& stop) {
   return [stop](const std::string& bundle, const std::string& motions,
                 const std::string& out,
                 const evaluation::EvaluationOptions& options) {
