@@ -1,63 +1,26 @@
 #include "teacher/client/part_queue.h"
 
 #include <optional>
-#include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "common/testing/matchers.h"
-#include "common/testing/simulated_clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "teacher/client/replica_health.h"
+#include "teacher/client/testing/part_queue_rig.h"
 
 namespace sinew::teacher {
 namespace {
 
 using ::sinew::testing::IsOk;
-using ::sinew::testing::SimulatedClock;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Optional;
+using Rig = testing::PartQueueRig;
 
-PartQueue::Options MakeOptions(int64_t parts, int replicas) {
-  PartQueue::Options options;
-  options.parts = parts;
-  for (int i = 0; i < replicas; ++i) {
-    options.peers.push_back(std::string("teacher ") +
-                            static_cast<char>('a' + i));
-  }
-  options.patience = absl::Seconds(60);
-  return options;
-}
-
-// A queue over replicas a, b ... that have been introduced.
-struct Rig {
-  Rig(int64_t parts, int replicas)
-      : health({.replicas = replicas,
-                .backoff = {.initial = absl::Seconds(1), .jitter = 0},
-                .late_factor = 4,
-                .late_floor = absl::Seconds(1)},
-               clock),
-        queue(MakeOptions(parts, replicas), health, clock) {
-    for (int i = 0; i < replicas; ++i) health.Introduced(i);
-  }
-
-  // As an introduction does.
-  void Come(int replica) {
-    health.Introduced(replica);
-    queue.Introduced(replica, absl::OkStatus());
-  }
-
-  SimulatedClock clock;
-  ReplicaHealth health;
-  PartQueue queue;
-};
-
-// Part 0, taken by a replica and failed, `times` times in a row; it has come
 // back since.
 void FailPart0(Rig& rig, int replica, int times, const absl::Status& status) {
   for (int i = 0; i < times; ++i) {
@@ -278,124 +241,6 @@ TEST(PartQueue, EndsWithAWrongAnswerWhenTheOthersServeSomethingElse) {
 
   EXPECT_THAT(rig.queue.Await({}), StatusIs(absl::StatusCode::kInternal,
                                             HasSubstr("teacher a: found nan")));
-}
-
-TEST(PartQueue, GivesNothingToAReplicaThatHasNotBeenIntroducedAgain) {
-  Rig rig(2, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  rig.queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
-  rig.clock.Advance(absl::Seconds(20));  // beyond its back-off
-  std::optional<int64_t> taken;
-
-  std::jthread worker([&] { taken = rig.queue.Take(0); });
-  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
-  ASSERT_THAT(rig.queue.Take(1), Optional(0));
-  rig.Come(0);
-  worker.join();
-
-  EXPECT_THAT(taken, Optional(1));
-}
-
-TEST(PartQueue, KnowsWhoIsAwayFromTheBatchBefore) {
-  Rig rig(1, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  rig.queue.Failed(0, 0, absl::UnavailableError("teacher a: away"));
-  PartQueue next(MakeOptions(1, 2), rig.health, rig.clock);
-  rig.clock.Advance(absl::Seconds(20));  // beyond its back-off
-  std::optional<int64_t> taken = 0;
-
-  std::jthread worker([&] { taken = next.Take(0); });
-  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
-  ASSERT_THAT(next.Take(1), Optional(0));
-  EXPECT_TRUE(next.Done(1, 0));
-  worker.join();
-
-  EXPECT_EQ(taken, std::nullopt);
-}
-
-TEST(PartQueue, GivesALatePartToAReplicaThatHasNothingElseToDo) {
-  Rig rig(2, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  ASSERT_THAT(rig.queue.Take(1), Optional(1));
-  rig.queue.Done(1, 1);
-  std::optional<int64_t> taken;
-
-  std::jthread worker([&] { taken = rig.queue.Take(1); });
-  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
-  rig.clock.Advance(absl::Milliseconds(1001));
-  worker.join();
-
-  EXPECT_THAT(taken, Optional(0));
-  EXPECT_EQ(rig.health.ReadyFrom(0), std::nullopt);
-  EXPECT_THAT(rig.health.LastError(0),
-              StatusIs(absl::StatusCode::kDeadlineExceeded,
-                       HasSubstr("teacher a: no answer after 1.001s")));
-}
-
-TEST(PartQueue, LeavesAPartWhereItIsUntilItIsLate) {
-  Rig rig(1, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  rig.clock.Advance(absl::Milliseconds(999));
-  std::optional<int64_t> taken = 0;
-
-  std::jthread worker([&] { taken = rig.queue.Take(1); });
-  ASSERT_TRUE(rig.clock.AwaitWaiters(1));
-  EXPECT_TRUE(rig.queue.Done(0, 0));
-  worker.join();
-
-  EXPECT_EQ(taken, std::nullopt);
-}
-
-TEST(PartQueue, CallsNothingLateThatTheOtherOneWouldTakeAsLongFor) {
-  Rig rig(3, 2);
-  ASSERT_THAT(rig.queue.Take(1), Optional(0));
-  rig.clock.Advance(absl::Seconds(2));  // so late is after 4 * 2 s
-  rig.queue.Done(1, 0);
-  ASSERT_THAT(rig.queue.Take(0), Optional(1));
-  rig.clock.Advance(absl::Seconds(2));
-  ASSERT_THAT(rig.queue.Take(0), Optional(2));
-  rig.clock.Advance(absl::Milliseconds(6001));
-
-  // Part 2 has been out for 6 s.
-  EXPECT_THAT(rig.queue.Take(1), Optional(1));
-}
-
-TEST(PartQueue, UsesTheFirstAnswerToAPartAlone) {
-  Rig rig(1, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  rig.clock.Advance(absl::Seconds(2));
-  ASSERT_THAT(rig.queue.Take(1), Optional(0));
-
-  EXPECT_TRUE(rig.queue.Done(1, 0));
-  EXPECT_FALSE(rig.queue.Done(0, 0));
-
-  EXPECT_THAT(rig.queue.Await({}), IsOk());
-}
-
-TEST(PartQueue, LeavesAPartToWhoeverStillHasIt) {
-  Rig rig(2, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  ASSERT_THAT(rig.queue.Take(1), Optional(1));
-  rig.queue.Done(1, 1);
-  rig.clock.Advance(absl::Seconds(20));
-  ASSERT_THAT(rig.queue.Take(1), Optional(0));
-
-  rig.queue.Failed(1, 0, absl::DataLossError("teacher b: found nan"));
-
-  EXPECT_TRUE(rig.queue.Done(0, 0));
-  EXPECT_THAT(rig.queue.Await({}), IsOk());
-}
-
-TEST(PartQueue, IgnoresTheFailureOfWhoeverHasBeenOvertaken) {
-  Rig rig(1, 2);
-  ASSERT_THAT(rig.queue.Take(0), Optional(0));
-  rig.clock.Advance(absl::Seconds(2));
-  ASSERT_THAT(rig.queue.Take(1), Optional(0));
-
-  EXPECT_TRUE(rig.queue.Done(1, 0));
-  rig.queue.Failed(0, 0, absl::InvalidArgumentError("teacher a: nan"));
-
-  EXPECT_THAT(rig.queue.Await({}), IsOk());
 }
 
 TEST(PartQueue, EndsWhenNoIntroductionFindsTheTeacher) {
