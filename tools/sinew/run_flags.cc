@@ -33,6 +33,11 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
       "who labels a distillation: a bundle; several, each for the clips that "
       "it was trained on, the one of fewest clips first; or addresses of "
       "`sinew teacher`");
+  command.add_option(
+      "--teacher-eval", flags.teacher_evaluations,
+      "what `sinew eval --out` wrote of each of several bundles in --teacher: "
+      "a clip's teacher is the one that wins most of its starts, of equals the "
+      "first");
   command
       .add_option("--teacher-patience", flags.teacher_patience,
                   "seconds to go on asking teachers elsewhere while none of "
@@ -67,6 +72,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.primitives = flags.primitives;
   options.continue_from = flags.continue_from;
   options.teachers = flags.teachers;
+  options.teacher_evaluations = flags.teacher_evaluations;
   options.teacher_patience = absl::Seconds(flags.teacher_patience);
   options.teacher_timeout = absl::Seconds(flags.teacher_timeout);
   options.migrate_library = flags.migrate_library;

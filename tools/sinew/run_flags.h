@@ -26,6 +26,7 @@ struct RunFlags {
   std::vector<std::string> primitives;
   std::string continue_from;
   std::vector<std::string> teachers;
+  std::vector<std::string> teacher_evaluations;
   double teacher_patience = 120;  // seconds
   double teacher_timeout = 30;    // seconds
   bool migrate_library = false;

@@ -64,7 +64,7 @@ absl::Status CheckOptions(const TrainingRun::Options& options) {
         "--continue: expected a recipe of one training, found a procedure, "
         "whose stages begin with each other's weights");
   }
-  if (!options.teachers.empty()) {
+  if (!options.teachers.empty() || !options.teacher_evaluations.empty()) {
     return absl::InvalidArgumentError(
         "--teacher: expected a recipe with distillation, found one with a "
         "procedure, whose stages learn without a teacher");

@@ -1,6 +1,7 @@
 #include "tools/training/run_sources.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -29,16 +30,53 @@ std::string Teachers(const Sources& sources) {
   return absl::StrJoin(digests, ", ");
 }
 
-absl::Status CheckSameTeacher(const Sources& before,
-                              const RunTeacher& teacher) {
+// By clip, the digest of the teacher that labels it.
+std::map<std::string, std::string> TeacherOfClip(const Sources& sources) {
+  std::map<std::string, std::string> result;
+  for (const v1::RunInputs::Source& source : sources) {
+    for (const std::string& clip : source.labelled_clips()) {
+      result[clip] = source.bundle().manifest_sha256();
+    }
+  }
+  return result;
+}
+
+absl::Status CheckSameTeacher(const Sources& before, const Sources& teachers) {
   const std::string expected = Teachers(before);
-  const std::string found = Teachers(teacher.sources);
-  if (expected.empty() || expected == found) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("--teacher: expected what the run was started with "
-                   "(manifest_sha256 ",
-                   expected, "), found another (", found,
-                   "); give the same, or another --run"));
+  const std::string found = Teachers(teachers);
+  if (!expected.empty() && expected != found) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("--teacher: expected what the run was started with "
+                     "(manifest_sha256 ",
+                     expected, "), found another (", found,
+                     "); give the same, or another --run"));
+  }
+  const auto now = TeacherOfClip(teachers);
+  for (const auto& [clip, teacher] : TeacherOfClip(before)) {
+    const auto same = now.find(clip);
+    if (same == now.end() || same->second == teacher) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "--teacher-eval: expected for clip ", clip,
+        " the teacher that the run was started with (manifest_sha256 ", teacher,
+        "), found another (", same->second,
+        "); give the same evaluations, or another --run"));
+  }
+  return absl::OkStatus();
+}
+
+// Which teacher labels which clips, as it is now: those of a library that has
+// changed (--migrate-library) are others.
+void TakeLabels(const Sources& teachers, Sources* sources) {
+  for (v1::RunInputs::Source& source : *sources) {
+    for (const v1::RunInputs::Source& teacher : teachers) {
+      if (teacher.bundle().role() != source.bundle().role() ||
+          teacher.bundle().manifest_sha256() !=
+              source.bundle().manifest_sha256()) {
+        continue;
+      }
+      *source.mutable_labelled_clips() = teacher.labelled_clips();
+    }
+  }
 }
 
 // What was said so far; unset where it cannot be read.
@@ -74,11 +112,12 @@ absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
                                    const InitialPolicy& initial,
                                    const std::optional<RunTeacher>& teacher) {
   if (resumed) {
-    const std::optional<Sources> before = SourcesBefore(run, moved);
+    std::optional<Sources> before = SourcesBefore(run, moved);
     if (before && teacher) {
-      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, *teacher));
+      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, teacher->sources));
+      TakeLabels(teacher->sources, &*before);
     }
-    if (before) return *before;
+    if (before) return *std::move(before);
   }
   SINEW_ASSIGN_OR_RETURN(Sources sources, InitialSources(initial));
   if (teacher) {

@@ -18,11 +18,12 @@ namespace sinew::tools {
 // What a run's bundles are to say of those that it began with and learns from
 // (RunInputs.sources): `initial`, then the teachers. Of a run that is resumed,
 // in folder `run`, what they said so far: `moved`, where it goes on from a
-// compact state that has them, else what the folder says.
+// compact state that has them, else what the folder says, with the clips that
+// each teacher labels now.
 //
 // Thread-safety: a function. Blocking: on the disk. Errors: those of
 // ReadBundle; FAILED_PRECONDITION for a resumed run that had other teachers, in
-// whatever order, with the digests of both.
+// whatever order, or another one of them for a clip, with the digests of both.
 absl::StatusOr<std::vector<v1::RunInputs::Source>> RunSources(
     const std::string& run, bool resumed,
     const std::optional<std::vector<v1::RunInputs::Source>>& moved,

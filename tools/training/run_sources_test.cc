@@ -126,6 +126,34 @@ TEST(RunSources, NameSeveralTeachersWhoseOrderDoesNotMatter) {
                        HasSubstr("expert, novice")));
 }
 
+TEST(RunSources, KeepWhichTeacherLabelsAClip) {
+  const Fixture f;
+  std::optional<RunTeacher> teachers = f.Teacher("expert");
+  teachers->sources.push_back(f.Teacher("novice")->sources[0]);
+  teachers->sources[0].add_labelled_clips("jump");
+  teachers->sources[1].add_labelled_clips("walk");
+  const auto resume = [&] {
+    return RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
+                      teachers);
+  };
+  ASSERT_THAT(f.Save(teachers->sources), IsOk());
+  // A clip that the library has since.
+  teachers->sources[0].add_labelled_clips("kick");
+
+  const auto resumed = resume();
+
+  ASSERT_THAT(resumed, IsOk());
+  EXPECT_THAT((*resumed)[0].labelled_clips(), ElementsAre("jump", "kick"));
+  EXPECT_THAT((*resumed)[1].labelled_clips(), ElementsAre("walk"));
+  // The other one for a clip that had one already.
+  teachers->sources[0].clear_labelled_clips();
+  teachers->sources[1].add_labelled_clips("jump");
+  EXPECT_THAT(resume(),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("--teacher-eval"), HasSubstr("jump"),
+                             HasSubstr("expert"), HasSubstr("novice"))));
+}
+
 TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
   const Fixture f;
   const auto begun = f.Begin();

@@ -1,13 +1,10 @@
 #include "tools/training/run_teacher.h"
 
-#include <algorithm>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "absl/types/span.h"
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_context.h"
@@ -24,6 +21,7 @@
 #include "teacher/teacher_policy.h"
 #include "tools/teacher/read_teacher.h"
 #include "tools/training/same_message.h"
+#include "tools/training/teacher_choice.h"
 
 namespace sinew::tools {
 namespace {
@@ -88,43 +86,15 @@ std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
   return names;
 }
 
-// By clip of the library, the index of the bundle that labels it: of those that
-// were trained on it, the one that was trained on fewest clips.
-absl::StatusOr<std::vector<int>> TeacherOfClip(
-    const std::vector<std::string>& folders,
-    absl::Span<const std::set<std::string>> clips_of, const v1::Recipe& recipe,
-    const motion::Library& library) {
-  std::vector<int> narrowest_first(clips_of.size());
-  std::iota(narrowest_first.begin(), narrowest_first.end(), 0);
-  std::ranges::sort(narrowest_first, {},
-                    [&](int t) { return std::pair(clips_of[t].size(), t); });
-  std::vector<int> result(library.num_clips(), teacher::ClipAnnotator::kNone);
+// Writes down of each source what it labels: of the clips that starts are drawn
+// from, those whose teacher it is.
+void AddLabels(const TeacherOfClip& teacher_of_clip, const v1::Start& start,
+               const motion::Library& library,
+               std::vector<v1::RunInputs::Source>* sources) {
   for (int c = 0; c < library.num_clips(); ++c) {
-    const v1::ClipInfo& clip = library.clip(c);
-    std::vector<int> teachers;
-    for (const int t : narrowest_first) {
-      if (clips_of[t].contains(clip.name())) teachers.push_back(t);
-    }
-    if (!teachers.empty()) result[c] = teachers[0];
-    if (!world::IsDrawn(recipe.task().start(), clip)) continue;
-    if (teachers.empty()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected a bundle that was trained on clip ", clip.name(),
-          ", found none among ", absl::StrJoin(folders, ", ")));
-    }
-    const size_t fewest = clips_of[teachers[0]].size();
-    if (teachers.size() > 1 && clips_of[teachers[1]].size() == fewest) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected one bundle that was trained on fewer clips than "
-          "all others that were trained on clip ",
-          clip.name(), ", found ", folders[teachers[0]], " and ",
-          folders[teachers[1]], " of ", fewest,
-          fewest == 1 ? " clip" : " clips",
-          " each (task.start.only_clips of a bundle's training says which of "
-          "its library's clips are its own)"));
-    }
+    if (!world::IsDrawn(start, library.clip(c))) continue;
+    (*sources)[teacher_of_clip[c]].add_labelled_clips(library.clip(c).name());
   }
-  return result;
 }
 
 absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
@@ -132,7 +102,7 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
                                        const TaskSetup& setup) {
   RunTeacher result;
   std::vector<std::unique_ptr<teacher::Annotator>> teachers;
-  std::vector<std::set<std::string>> clips_of;
+  std::vector<TeacherCandidate> candidates;
   const teacher::LocalAnnotator* first = nullptr;
   for (const std::string& folder : options.teachers) {
     SINEW_ASSIGN_OR_RETURN(
@@ -140,12 +110,20 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
         ReadLocal(folder, options.threads, recipe, setup, first));
     if (first == nullptr) first = local.annotator.get();
     result.sources.push_back(SourceOf(local.annotator->description()));
-    clips_of.push_back(ClipsOf(local.policy.manifest));
+    candidates.push_back(
+        {.folder = folder,
+         .manifest_sha256 = local.annotator->description().bundle_sha256(),
+         .clips = ClipsOf(local.policy.manifest)});
     teachers.push_back(std::move(local.annotator));
   }
+  const v1::Start& start = recipe.task().start();
   SINEW_ASSIGN_OR_RETURN(
-      std::vector<int> teacher_of_clip,
-      TeacherOfClip(options.teachers, clips_of, recipe, *setup.library));
+      TeacherOfClip teacher_of_clip,
+      options.evaluations.empty()
+          ? ChooseByTraining(candidates, start, *setup.library)
+          : ChooseByEvaluation(candidates, options.evaluations,
+                               *setup.library));
+  AddLabels(teacher_of_clip, start, *setup.library, &result.sources);
   SINEW_ASSIGN_OR_RETURN(result.annotator,
                          teacher::ClipAnnotator::Create(
                              std::move(teachers), std::move(teacher_of_clip)));
@@ -183,11 +161,17 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
             : "--teacher: expected none, since the recipe has no distillation, "
               "found one");
   }
-  if (options.teachers.empty()) return std::nullopt;
   std::vector<std::string> folders, others;
   for (const std::string& name : options.teachers) {
     (FileExists(name) ? folders : others).push_back(name);
   }
+  if (!options.evaluations.empty() && folders.size() < 2) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--teacher-eval: expected none unless --teacher has several bundles to "
+        "choose from, found ",
+        absl::StrJoin(options.evaluations, ", ")));
+  }
+  if (options.teachers.empty()) return std::nullopt;
   if (!folders.empty() && !others.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "--teacher: expected bundles' folders or addresses, found folders (",

@@ -36,11 +36,12 @@ struct RunTeacherOptions {
   // each labels its own clips (teacher/clip_annotator.h), by name: those that
   // its own training drew starts from (CLIP_USE_TRAINED_ON); of a bundle of an
   // old version, which does not say, those that its task.start.only_clips
-  // names, else all that its provenance names. Of several that were trained on
-  // a clip, the one that was trained on fewest clips labels it: a policy of one
-  // clip goes before one of its family. Or addresses of `sinew teacher`,
-  // HOST:PORT or unix:PATH: replicas of one bundle.
+  // names, else all that its provenance names (ChooseByTraining). Or addresses
+  // of `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
   std::vector<std::string> teachers;
+  // Files of `sinew eval --out`, one of each of several bundles: each labels
+  // the clips that it does best at instead (ChooseByEvaluation).
+  std::vector<std::string> evaluations = {};
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
   // Of one call to an address, > 0.
@@ -54,12 +55,13 @@ struct RunTeacherOptions {
 // teachers. Checks that the teacher is of the task's character and control
 // rate, observes what the student observes and places its targets as
 // distillation.teacher_action says. Of several bundles, every clip that starts
-// may be drawn from must be one's own, and no two tie for fewest clips there.
+// may be drawn from has one (teacher_choice.h), and its source names it.
 //
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;
 // something that does not fit, with bundle or peer, field, expected and found;
-// those of ReadBundle, of ConnectAnnotator for addresses: UNAVAILABLE or
+// those of ReadBundle, of
+// teacher_choice.h, of ConnectAnnotator for addresses: UNAVAILABLE or
 // DEADLINE_EXCEEDED where none of them answers, among others.
 absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
     const RunTeacherOptions& options, const v1::Recipe& recipe,

@@ -98,6 +98,8 @@ class TrainingRun {
     // Who labels, if the recipe has distillation: bundles' folders, or
     // addresses of `sinew teacher` (run_teacher.h).
     std::vector<std::string> teachers = {};
+    // Evaluations by which one of several teachers is chosen for a clip.
+    std::vector<std::string> teacher_evaluations = {};
     // How long to go on asking teachers elsewhere without an answer, > 0.
     absl::Duration teacher_patience = absl::Minutes(2);
     // Of one call to them, > 0.

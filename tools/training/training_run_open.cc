@@ -67,14 +67,16 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
                        .security = options.security},
                       clock, stop, others, &notes);
                 }));
-  SINEW_ASSIGN_OR_RETURN(std::optional<RunTeacher> teacher,
-                         OpenTeacher({.teachers = options.teachers,
-                                      .patience = options.teacher_patience,
-                                      .timeout = options.teacher_timeout,
-                                      .threads = options.ranks,
-                                      .security = options.security,
-                                      .stop = stop},
-                                     options.recipe, setup));
+  SINEW_ASSIGN_OR_RETURN(
+      std::optional<RunTeacher> teacher,
+      OpenTeacher({.teachers = options.teachers,
+                   .evaluations = options.teacher_evaluations,
+                   .patience = options.teacher_patience,
+                   .timeout = options.teacher_timeout,
+                   .threads = options.ranks,
+                   .security = options.security,
+                   .stop = stop},
+                  options.recipe, setup));
   std::unique_ptr<TrainingRun> run(new TrainingRun(options, clock, stop));
   run->teacher_ = std::move(teacher);
   run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
