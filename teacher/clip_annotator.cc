@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -38,7 +39,7 @@ absl::Status CheckTeachers(
 
 absl::StatusOr<std::unique_ptr<ClipAnnotator>> ClipAnnotator::Create(
     std::vector<std::unique_ptr<Annotator>> teachers,
-    std::vector<int> teacher_of_clip) {
+    std::vector<int> teacher_of_clip, Order order) {
   SINEW_RETURN_IF_ERROR(CheckTeachers(teachers));
   const auto count = static_cast<int>(teachers.size());
   for (size_t clip = 0; clip < teacher_of_clip.size(); ++clip) {
@@ -48,14 +49,15 @@ absl::StatusOr<std::unique_ptr<ClipAnnotator>> ClipAnnotator::Create(
         absl::StrCat("clip ", clip, ": expected one of ", count,
                      " teachers, found index ", teacher));
   }
-  return std::unique_ptr<ClipAnnotator>(
-      new ClipAnnotator(std::move(teachers), std::move(teacher_of_clip)));
+  return std::unique_ptr<ClipAnnotator>(new ClipAnnotator(
+      std::move(teachers), std::move(teacher_of_clip), order));
 }
 
 ClipAnnotator::ClipAnnotator(std::vector<std::unique_ptr<Annotator>> teachers,
-                             std::vector<int> teacher_of_clip)
+                             std::vector<int> teacher_of_clip, Order order)
     : teachers_(std::move(teachers)),
       teacher_of_clip_(std::move(teacher_of_clip)),
+      order_(order),
       description_(teachers_[0]->description()),
       spread_(teachers_[0]->spread().begin(), teachers_[0]->spread().end()) {
   std::string digests;
@@ -82,10 +84,22 @@ absl::Status ClipAnnotator::Annotate(const Rows& rows,
   }
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::vector<int64_t>> divided,
                          Divide(rows));
+  std::vector<absl::Status> answers(teachers_.size());
+  std::vector<std::jthread> threads;
   for (size_t t = 0; t < teachers_.size(); ++t) {
     if (divided[t].empty()) continue;
-    SINEW_RETURN_IF_ERROR(Ask(*teachers_[t], rows, divided[t], targets));
+    const auto ask = [&, t] {
+      answers[t] = Ask(*teachers_[t], rows, divided[t], targets);
+    };
+    if (order_ == Order::kAtOnce) {
+      threads.emplace_back(ask);
+      continue;
+    }
+    ask();
+    if (!answers[t].ok()) break;
   }
+  for (std::jthread& thread : threads) thread.join();
+  for (const absl::Status& answer : answers) SINEW_RETURN_IF_ERROR(answer);
   return absl::OkStatus();
 }
 

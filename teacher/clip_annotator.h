@@ -16,8 +16,7 @@ namespace sinew::teacher {
 // Several teachers as one: each labels the rows of its own clips. So one policy
 // learns what one policy per clip knows.
 //
-//   Annotate: rows -> by clip, to their teachers, one after the other -> their
-//             places
+//   Annotate: rows -> by clip, to their teachers -> their places
 //
 // Description: the first teacher's, with a SHA-256 over all bundles' digests in
 // order (whose clips are whose is left out), and no provenance. Spread: of each
@@ -31,12 +30,16 @@ class ClipAnnotator final : public Annotator {
   // Of a clip that nobody labels.
   static constexpr int kNone = -1;
 
+  // When teachers are asked: in this process one after the other, since they
+  // share its threads; elsewhere at the same time, with a thread for each.
+  enum class Order { kOneByOne, kAtOnce };
+
   // `teacher_of_clip` [C]: by clip of the run's library, an index into
   // `teachers`, or kNone. INVALID_ARGUMENT: no teachers, teachers of different
   // widths, an index that is none.
   static absl::StatusOr<std::unique_ptr<ClipAnnotator>> Create(
       std::vector<std::unique_ptr<Annotator>> teachers,
-      std::vector<int> teacher_of_clip);
+      std::vector<int> teacher_of_clip, Order order = Order::kOneByOne);
 
   const v1::DescribeTeacherResponse& description() const override {
     return description_;
@@ -46,7 +49,7 @@ class ClipAnnotator final : public Annotator {
 
  private:
   ClipAnnotator(std::vector<std::unique_ptr<Annotator>> teachers,
-                std::vector<int> teacher_of_clip);
+                std::vector<int> teacher_of_clip, Order order);
 
   // Rows of each teacher, in order.
   absl::StatusOr<std::vector<std::vector<int64_t>>> Divide(
@@ -57,6 +60,7 @@ class ClipAnnotator final : public Annotator {
 
   const std::vector<std::unique_ptr<Annotator>> teachers_;
   const std::vector<int> teacher_of_clip_;
+  const Order order_;
   v1::DescribeTeacherResponse description_;
   std::vector<double> spread_;
 };

@@ -3,13 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "common/clock.h"
+#include "common/mutex.h"
 #include "common/testing/matchers.h"
 #include "teacher/local_annotator.h"
 #include "teacher/testing/toy_teacher.h"
@@ -101,6 +106,65 @@ TEST(ClipAnnotator, GivesEveryRowTheAnswerOfItsClipsTeacher) {
       EXPECT_EQ(found[j], expected[j]) << "row " << r;
     }
   }
+}
+
+// Answers zeros once all of its company are asked.
+class Sociable final : public Annotator {
+ public:
+  Sociable(Mutex& mu, CondVar& changed, int& asked)
+      : mu_(mu), changed_(changed), asked_(asked) {
+    description_.set_observation_width(1);
+    description_.set_action_width(1);
+    description_.set_max_rows(8);
+  }
+  const v1::DescribeTeacherResponse& description() const override {
+    return description_;
+  }
+  absl::Span<const double> spread() const override { return spread_; }
+  absl::Status Annotate(const Rows&, absl::Span<double> targets) override {
+    std::ranges::fill(targets, 0.0);
+    MutexLock lock(mu_);
+    ++asked_;
+    changed_.NotifyAll();
+    const Clock::TimePoint deadline = clock_.After(absl::Seconds(30));
+    while (asked_ < 2 && clock_.SteadyNow() < deadline) {
+      clock_.WaitUntil(mu_, changed_, deadline, {});
+    }
+    if (asked_ == 2) return absl::OkStatus();
+    return absl::DeadlineExceededError("nobody else is asked");
+  }
+
+ private:
+  Mutex& mu_;
+  CondVar& changed_;
+  int& asked_;
+  SystemClock clock_;
+  v1::DescribeTeacherResponse description_;
+  const std::vector<double> spread_ = {0.5};
+};
+
+TEST(ClipAnnotator, AsksTeachersElsewhereAtTheSameTime) {
+  Mutex mu;
+  CondVar changed;
+  int asked = 0;
+  std::vector<std::unique_ptr<Annotator>> teachers;
+  for (int i = 0; i < 2; ++i) {
+    teachers.push_back(std::make_unique<Sociable>(mu, changed, asked));
+  }
+  const auto annotator = ClipAnnotator::Create(std::move(teachers), {0, 1},
+                                               ClipAnnotator::Order::kAtOnce)
+                             .value();
+  const std::vector<float> observations = {1, 2};
+  const std::vector<double> bases = {1, 2};
+  const std::vector<int32_t> clips = {1, 0};
+  std::vector<double> targets(2, 7.0);
+
+  EXPECT_THAT(
+      annotator->Annotate(
+          {.observations = observations, .bases = bases, .clips = clips},
+          absl::MakeSpan(targets)),
+      IsOk());
+  EXPECT_THAT(targets, ElementsAre(0, 0));
 }
 
 TEST(ClipAnnotator, RefusesRowsThatNobodyLabels) {

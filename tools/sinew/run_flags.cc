@@ -30,9 +30,10 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                      "on from");
   command.add_option(
       "--teacher", flags.teachers,
-      "who labels a distillation: a bundle; several, each for the clips that "
-      "it was trained on, the one of fewest clips first; or addresses of "
-      "`sinew teacher`");
+      "who labels a distillation: a bundle's folder, or addresses of `sinew "
+      "teacher`, those of its replicas with commas between; of several "
+      "bundles each labels the clips that it was trained on, the one of fewest "
+      "clips first");
   command.add_option(
       "--teacher-eval", flags.teacher_evaluations,
       "what `sinew eval --out` wrote of each of several bundles in --teacher: "

@@ -5,7 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
 #include "common/files.h"
+#include "common/logging.h"
 #include "common/policy/teacher_graph.h"
 #include "common/status_context.h"
 #include "common/status_macros.h"
@@ -15,6 +17,7 @@
 #include "proto/sinew/v1/motion.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/start.h"
+#include "teacher/client/annotator.h"
 #include "teacher/client/remote_annotator.h"
 #include "teacher/clip_annotator.h"
 #include "teacher/local_annotator.h"
@@ -27,6 +30,8 @@ namespace sinew::tools {
 namespace {
 
 constexpr char kTeacher[] = "teacher";
+// Between addresses of replicas.
+constexpr char kAmongReplicas[] = ",";
 
 struct LocalTeacher {
   std::unique_ptr<teacher::LocalAnnotator> annotator;
@@ -73,79 +78,138 @@ absl::StatusOr<RunTeacher> OpenOne(const RunTeacherOptions& options,
 
 // Names of the clips that a bundle labels: those that its own training drew
 // starts from; where it does not say, as bundles of old versions, those that
-// its task names, if it does, else all that its provenance names.
-std::set<std::string> ClipsOf(const v1::BundleManifest& manifest) {
-  const bundle::ClipUses uses = bundle::ClipUsesOf(manifest.provenance());
+// its task names, if that is known, else all that its provenance names.
+std::set<std::string> ClipsOf(const v1::BundleProvenance& provenance,
+                              const v1::Start& start) {
+  const bundle::ClipUses uses = bundle::ClipUsesOf(provenance);
   if (!uses.empty()) return bundle::TrainedOn(uses);
-  const auto& only = manifest.task().start().only_clips();
+  const auto& only = start.only_clips();
   if (!only.empty()) return {only.begin(), only.end()};
   std::set<std::string> names;
-  for (const std::string& clip : manifest.provenance().clips()) {
+  for (const std::string& clip : provenance.clips()) {
     names.emplace(bundle::ClipNameOf(clip));
   }
   return names;
 }
 
-// Writes down of each source what it labels: of the clips that starts are drawn
-// from, those whose teacher it is.
-void AddLabels(const TeacherOfClip& teacher_of_clip, const v1::Start& start,
-               const motion::Library& library,
-               std::vector<v1::RunInputs::Source>* sources) {
-  for (int c = 0; c < library.num_clips(); ++c) {
-    if (!world::IsDrawn(start, library.clip(c))) continue;
-    (*sources)[teacher_of_clip[c]].add_labelled_clips(library.clip(c).name());
+absl::Status CheckNoEvaluations(const RunTeacherOptions& options) {
+  if (options.evaluations.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--teacher-eval: expected none unless --teacher has several bundles to "
+      "choose from, found ",
+      absl::StrJoin(options.evaluations, ", ")));
+}
+
+// Several bundles, each of which labels its own clips.
+class Several {
+ public:
+  // INVALID_ARGUMENT: a bundle that is among them already.
+  absl::Status Add(const std::string& name, std::set<std::string> clips,
+                   std::unique_ptr<teacher::Annotator> annotator) {
+    const v1::DescribeTeacherResponse& teacher = annotator->description();
+    for (const TeacherCandidate& other : candidates_) {
+      if (other.manifest_sha256 != teacher.bundle_sha256()) continue;
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--teacher: expected several bundles, or replicas of one as ",
+          other.name, kAmongReplicas, name, ", found the same bundle (",
+          "manifest_sha256 ", other.manifest_sha256, ") as ", other.name,
+          " and as ", name));
+    }
+    sources_.push_back(SourceOf(teacher));
+    candidates_.push_back({.name = name,
+                           .manifest_sha256 = teacher.bundle_sha256(),
+                           .clips = std::move(clips)});
+    annotators_.push_back(std::move(annotator));
+    return absl::OkStatus();
   }
+
+  absl::StatusOr<RunTeacher> Divide(const RunTeacherOptions& options,
+                                    const v1::Start& start,
+                                    const motion::Library& library,
+                                    teacher::ClipAnnotator::Order order) && {
+    SINEW_ASSIGN_OR_RETURN(
+        TeacherOfClip teacher_of_clip,
+        options.evaluations.empty()
+            ? ChooseByTraining(candidates_, start, library)
+            : ChooseByEvaluation(candidates_, options.evaluations, library));
+    for (int c = 0; c < library.num_clips(); ++c) {
+      if (!world::IsDrawn(start, library.clip(c))) continue;
+      sources_[teacher_of_clip[c]].add_labelled_clips(library.clip(c).name());
+    }
+    for (size_t t = 0; t < candidates_.size(); ++t) {
+      LogInfo("a teacher labels its clips",
+              {{"teacher", candidates_[t].name},
+               {"clips", sources_[t].labelled_clips_size()}});
+    }
+    RunTeacher result;
+    result.sources = std::move(sources_);
+    SINEW_ASSIGN_OR_RETURN(
+        result.annotator,
+        teacher::ClipAnnotator::Create(std::move(annotators_),
+                                       std::move(teacher_of_clip), order));
+    return result;
+  }
+
+ private:
+  std::vector<v1::RunInputs::Source> sources_;
+  std::vector<TeacherCandidate> candidates_;
+  std::vector<std::unique_ptr<teacher::Annotator>> annotators_;
+};
+
+// A teacher elsewhere, by its replicas' addresses.
+absl::StatusOr<std::unique_ptr<teacher::Annotator>> Connect(
+    const std::string& addresses, const RunTeacherOptions& options,
+    const v1::Recipe& recipe, const TaskSetup& setup) {
+  teacher::RemoteAnnotatorOptions remote;
+  remote.addresses = absl::StrSplit(addresses, kAmongReplicas);
+  remote.patience = options.patience;
+  remote.call_timeout = options.timeout;
+  remote.security = options.security;
+  remote.stop = options.stop;
+  SINEW_ASSIGN_OR_RETURN(auto result, teacher::ConnectAnnotator(remote));
+  SINEW_RETURN_IF_ERROR(
+      CheckTeacher(addresses, result->description(), recipe, setup));
+  return result;
+}
+
+absl::StatusOr<RunTeacher> OpenElsewhere(const RunTeacherOptions& options,
+                                         const v1::Recipe& recipe,
+                                         const TaskSetup& setup) {
+  RunTeacher result;
+  SINEW_ASSIGN_OR_RETURN(result.annotator,
+                         Connect(options.teachers[0], options, recipe, setup));
+  result.sources = {SourceOf(result.annotator->description())};
+  return result;
 }
 
 absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
                                        const v1::Recipe& recipe,
                                        const TaskSetup& setup) {
-  RunTeacher result;
-  std::vector<std::unique_ptr<teacher::Annotator>> teachers;
-  std::vector<TeacherCandidate> candidates;
+  using Order = teacher::ClipAnnotator::Order;
+  Several several;
+  Order order = Order::kOneByOne;
   const teacher::LocalAnnotator* first = nullptr;
-  for (const std::string& folder : options.teachers) {
-    SINEW_ASSIGN_OR_RETURN(
-        LocalTeacher local,
-        ReadLocal(folder, options.threads, recipe, setup, first));
+  for (const std::string& name : options.teachers) {
+    if (!FileExists(name)) {
+      order = Order::kAtOnce;
+      SINEW_ASSIGN_OR_RETURN(auto elsewhere,
+                             Connect(name, options, recipe, setup));
+      std::set<std::string> clips =
+          ClipsOf(elsewhere->description().provenance(), {});
+      SINEW_RETURN_IF_ERROR(
+          several.Add(name, std::move(clips), std::move(elsewhere)));
+      continue;
+    }
+    SINEW_ASSIGN_OR_RETURN(LocalTeacher local, ReadLocal(name, options.threads,
+                                                         recipe, setup, first));
     if (first == nullptr) first = local.annotator.get();
-    result.sources.push_back(SourceOf(local.annotator->description()));
-    candidates.push_back(
-        {.folder = folder,
-         .manifest_sha256 = local.annotator->description().bundle_sha256(),
-         .clips = ClipsOf(local.policy.manifest)});
-    teachers.push_back(std::move(local.annotator));
+    const v1::BundleManifest& manifest = local.policy.manifest;
+    SINEW_RETURN_IF_ERROR(several.Add(
+        name, ClipsOf(manifest.provenance(), manifest.task().start()),
+        std::move(local.annotator)));
   }
-  const v1::Start& start = recipe.task().start();
-  SINEW_ASSIGN_OR_RETURN(
-      TeacherOfClip teacher_of_clip,
-      options.evaluations.empty()
-          ? ChooseByTraining(candidates, start, *setup.library)
-          : ChooseByEvaluation(candidates, options.evaluations,
-                               *setup.library));
-  AddLabels(teacher_of_clip, start, *setup.library, &result.sources);
-  SINEW_ASSIGN_OR_RETURN(result.annotator,
-                         teacher::ClipAnnotator::Create(
-                             std::move(teachers), std::move(teacher_of_clip)));
-  return result;
-}
-
-absl::StatusOr<RunTeacher> Connect(const RunTeacherOptions& options,
-                                   const v1::Recipe& recipe,
-                                   const TaskSetup& setup) {
-  teacher::RemoteAnnotatorOptions remote;
-  remote.addresses = options.teachers;
-  remote.patience = options.patience;
-  remote.call_timeout = options.timeout;
-  remote.security = options.security;
-  remote.stop = options.stop;
-  RunTeacher result;
-  SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::ConnectAnnotator(remote));
-  const v1::DescribeTeacherResponse& teacher = result.annotator->description();
-  SINEW_RETURN_IF_ERROR(CheckTeacher(absl::StrJoin(options.teachers, ", "),
-                                     teacher, recipe, setup));
-  result.sources = {SourceOf(teacher)};
-  return result;
+  return std::move(several).Divide(options, recipe.task().start(),
+                                   *setup.library, order);
 }
 
 }  // namespace
@@ -156,37 +220,26 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
   if (recipe.has_distillation() == options.teachers.empty()) {
     return absl::InvalidArgumentError(
         recipe.has_distillation()
-            ? "--teacher: expected a bundle or addresses, since the recipe has "
+            ? "--teacher: expected a bundle or its addresses, since the recipe "
+              "has "
               "distillation, found none"
             : "--teacher: expected none, since the recipe has no distillation, "
               "found one");
   }
-  std::vector<std::string> folders, others;
-  for (const std::string& name : options.teachers) {
-    (FileExists(name) ? folders : others).push_back(name);
-  }
-  if (!options.evaluations.empty() && folders.size() < 2) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--teacher-eval: expected none unless --teacher has several bundles to "
-        "choose from, found ",
-        absl::StrJoin(options.evaluations, ", ")));
+  if (options.teachers.size() < 2) {
+    SINEW_RETURN_IF_ERROR(CheckNoEvaluations(options));
   }
   if (options.teachers.empty()) return std::nullopt;
-  if (!folders.empty() && !others.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--teacher: expected bundles' folders or addresses, found folders (",
-        absl::StrJoin(folders, ", "), ") and what is none (",
-        absl::StrJoin(others, ", "), ")"));
-  }
-  const bool one = folders.size() == 1;
-  if (recipe.distillation().teacher_share() > 0 && !one) {
+  const bool one = options.teachers.size() == 1;
+  const bool here = FileExists(options.teachers[0]);
+  if (recipe.distillation().teacher_share() > 0 && !(one && here)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "recipe field distillation.teacher_share: expected 0 or one bundle's "
         "folder in --teacher, which actors can act by, found ",
         recipe.distillation().teacher_share(), " and ",
         absl::StrJoin(options.teachers, ", ")));
   }
-  const auto open = one ? OpenOne : folders.empty() ? Connect : OpenSeveral;
+  const auto open = !one ? OpenSeveral : here ? OpenOne : OpenElsewhere;
   SINEW_ASSIGN_OR_RETURN(RunTeacher result, open(options, recipe, setup));
   if (recipe.distillation().teacher_share() == 0) result.add_graph = nullptr;
   return result;

@@ -32,12 +32,13 @@ struct RunTeacher {
 };
 
 struct RunTeacherOptions {
-  // One bundle's folder: it answers in this process. Several, in any order:
-  // each labels its own clips (teacher/clip_annotator.h), by name: those that
-  // its own training drew starts from (CLIP_USE_TRAINED_ON); of a bundle of an
-  // old version, which does not say, those that its task.start.only_clips
-  // names, else all that its provenance names (ChooseByTraining). Or addresses
-  // of `sinew teacher`, HOST:PORT or unix:PATH: replicas of one bundle.
+  // Each a bundle: a folder, which answers in this process, or addresses of
+  // `sinew teacher`, HOST:PORT or unix:PATH, with commas between those of its
+  // replicas. Of several, in any order, each labels its own clips
+  // (teacher/clip_annotator.h), by name: those that its own training drew
+  // starts from (CLIP_USE_TRAINED_ON); of a bundle of an old version, which
+  // does not say, those that its task.start.only_clips names, if it is a
+  // folder, else all that its provenance names (ChooseByTraining).
   std::vector<std::string> teachers;
   // Files of `sinew eval --out`, one of each of several bundles: each labels
   // the clips that it does best at instead (ChooseByEvaluation).

@@ -10,8 +10,11 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "common/clock.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/rpc/testing/held_grpc.h"
+#include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
@@ -19,7 +22,9 @@
 #include "proto/sinew/v1/recipe.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
+#include "teacher/service/teacher_server.h"
 #include "tools/evaluation/evaluate_bundle.h"
+#include "tools/teacher/read_teacher.h"
 #include "tools/training/run_teacher.h"
 #include "tools/training/task_setup.h"
 
@@ -31,6 +36,9 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+[[maybe_unused]] const auto* const held_grpc =
+    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
 std::vector<std::string> ClipNames(const motion::Library& library) {
   std::vector<std::string> names;
@@ -268,28 +276,56 @@ TEST(SeveralTeachers, EachLabelsWhatItsEvaluationSaysItDoesBestAt) {
                        HasSubstr("--teacher-eval")));
 }
 
+// One bundle has two replicas.
+TEST(SeveralTeachers, ElsewhereLabelAsTheyDoHere) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  ASSERT_EQ(clips.size(), 3u);
+  const std::string first = run.Bundle("first", {clips[0]}, /*gain=*/0.3);
+  const std::string rest =
+      run.Bundle("rest", {clips[1], clips[2]}, /*gain=*/0.6);
+  const rpc::SocketFolder sockets;
+  SystemClock clock;
+  const auto serve = [&](const std::string& bundle, const std::string& name) {
+    return teacher::TeacherServer::Create({.address = sockets.Address(name)},
+                                          teacher::ReadTeacher(bundle).value(),
+                                          clock)
+        .value();
+  };
+  const auto a = serve(rest, "a"), b = serve(first, "b"), c = serve(rest, "c");
+  const std::string replicas = a->address() + "," + c->address();
+  const auto here = run.Open({first, rest});
+  ASSERT_THAT(here, IsOk());
+
+  for (const auto& teachers :
+       {std::vector{replicas, b->address()}, std::vector{replicas, first}}) {
+    const auto there = run.Open(teachers);
+    ASSERT_THAT(there, IsOk());
+    for (int clip = 0; clip < 3; ++clip) {
+      EXPECT_EQ(run.Target(**there, clip), run.Target(**here, clip));
+    }
+    ASSERT_EQ((*there)->sources.size(), 2u);
+    EXPECT_THAT((*there)->sources[0].labelled_clips(),
+                ElementsAre(clips[1], clips[2]));
+    EXPECT_EQ((*there)->sources[0].bundle().manifest_sha256(),
+              (*here)->sources[1].bundle().manifest_sha256());
+  }
+  EXPECT_THAT(
+      run.Open({a->address(), c->address()}),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               AllOf(HasSubstr("the same bundle"), HasSubstr(replicas))));
+}
+
 TEST(SeveralTeachers, HasEvaluationsOnlyWhereThereAreBundlesToChooseFrom) {
   Several run;
   const std::string only = run.Bundle("only", {"turn", "sway", "tumble"});
-  for (const auto& teachers :
-       {std::vector{only}, std::vector<std::string>{"unix:/a", "unix:/b"}}) {
-    EXPECT_THAT(OpenTeacher({.teachers = teachers, .evaluations = {"e.json"}},
-                            run.recipe, run.setup)
-                    .status(),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         AllOf(HasSubstr("--teacher-eval: expected none"),
-                               HasSubstr("e.json"))));
-  }
-}
 
-TEST(SeveralTeachers, IsBundlesOrAddressesNotBoth) {
-  Several run;
-  const std::string first = run.Bundle("first", {"turn"});
-
-  EXPECT_THAT(run.Open({first, "unix:/nobody"}),
+  EXPECT_THAT(OpenTeacher({.teachers = {only}, .evaluations = {"e.json"}},
+                          run.recipe, run.setup)
+                  .status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("folders (" + first),
-                             HasSubstr("none (unix:/nobody"))));
+                       AllOf(HasSubstr("--teacher-eval: expected none"),
+                             HasSubstr("e.json"))));
 }
 
 }  // namespace

@@ -24,10 +24,10 @@ using Json = nlohmann::json;
 
 constexpr char kFlag[] = "--teacher-eval";
 
-std::string Folders(absl::Span<const TeacherCandidate> candidates) {
+std::string Names(absl::Span<const TeacherCandidate> candidates) {
   return absl::StrJoin(candidates, ", ",
                        [](std::string* out, const TeacherCandidate& one) {
-                         out->append(one.folder);
+                         out->append(one.name);
                        });
 }
 
@@ -126,7 +126,7 @@ absl::StatusOr<std::vector<Scores>> ScoresOf(
       if (found[t]) {
         return Expected(scores, "bundle",
                         absl::StrCat("another than that of ", found[t]->file),
-                        absl::StrCat("the same, ", candidates[t].folder));
+                        absl::StrCat("the same, ", candidates[t].name));
       }
       found[t] = scores;
       is_of_one = true;
@@ -134,7 +134,7 @@ absl::StatusOr<std::vector<Scores>> ScoresOf(
     if (!is_of_one) {
       return Expected(scores, "bundle.manifest_sha256",
                       absl::StrCat("that of a bundle in --teacher (",
-                                   Folders(candidates), ")"),
+                                   Names(candidates), ")"),
                       scores.manifest_sha256);
     }
   }
@@ -145,7 +145,7 @@ absl::StatusOr<std::vector<Scores>> ScoresOf(
           absl::StrCat(kFlag,
                        ": expected one evaluation of every bundle in "
                        "--teacher, found none of ",
-                       candidates[t].folder, " (manifest_sha256 ",
+                       candidates[t].name, " (manifest_sha256 ",
                        candidates[t].manifest_sha256, ")"));
     }
     result.push_back(*std::move(found[t]));
@@ -173,17 +173,17 @@ absl::StatusOr<TeacherOfClip> ChooseByTraining(
     if (!teachers.empty()) result[c] = teachers[0];
     if (!world::IsDrawn(start, clip)) continue;
     if (teachers.empty()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected a bundle that was trained on clip ", clip.name(),
-          ", found none among ", Folders(candidates)));
+      return absl::InvalidArgumentError(
+          absl::StrCat("--teacher: expected a bundle that was trained on clip ",
+                       clip.name(), ", found none among ", Names(candidates)));
     }
     const size_t fewest = candidates[teachers[0]].clips.size();
     if (teachers.size() > 1 && candidates[teachers[1]].clips.size() == fewest) {
       return absl::InvalidArgumentError(absl::StrCat(
           "--teacher: expected one bundle that was trained on fewer clips than "
           "all others that were trained on clip ",
-          clip.name(), ", found ", candidates[teachers[0]].folder, " and ",
-          candidates[teachers[1]].folder, " of ", fewest,
+          clip.name(), ", found ", candidates[teachers[0]].name, " and ",
+          candidates[teachers[1]].name, " of ", fewest,
           fewest == 1 ? " clip" : " clips", " each (", kFlag,
           " decides by how well they do)"));
     }

@@ -19,7 +19,7 @@ namespace sinew::tools {
 
 // A bundle that may teach.
 struct TeacherCandidate {
-  std::string folder;           // as the user wrote it
+  std::string name;             // its folder, or where it is served
   std::string manifest_sha256;  // of its manifest.json
   // Names of the clips that its own training drew starts from.
   std::set<std::string> clips = {};

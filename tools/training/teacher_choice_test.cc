@@ -31,7 +31,7 @@ using Json = nlohmann::json;
 struct Fixture {
   static TeacherCandidate Candidate(const std::string& name,
                                     std::set<std::string> clips) {
-    return {.folder = name,
+    return {.name = name,
             .manifest_sha256 = name + "'s digest",
             .clips = std::move(clips)};
   }

@@ -95,7 +95,7 @@ class TrainingRun {
     // Compact state (compact_state.h) that a run without states goes on from
     // instead; empty: none.
     std::string continue_from = {};
-    // Who labels, if the recipe has distillation: bundles' folders, or
+    // Who labels, if the recipe has distillation: bundles, as folders or as
     // addresses of `sinew teacher` (run_teacher.h).
     std::vector<std::string> teachers = {};
     // Evaluations by which one of several teachers is chosen for a clip.
