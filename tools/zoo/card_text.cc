@@ -7,6 +7,7 @@
 #include "common/json_fields.h"
 #include "common/policy/ports.h"
 #include "tools/evaluation/figures_table.h"
+#include "tools/zoo/card_chapters.h"
 
 namespace sinew::zoo {
 namespace {
@@ -108,7 +109,7 @@ std::string LatentSnippet(int64_t width) {
 }  // namespace
 
 std::string LimitationsChapter(const CardFacts& facts) {
-  std::string text = "## Limitations\n\n";
+  std::string text = absl::StrCat(kLimitations, "\n\n");
   const auto clips = facts.evaluation.find("clips");
   if (clips == facts.evaluation.end() || !clips->is_array()) {
     return absl::StrCat(text,
@@ -145,8 +146,7 @@ std::string ReproduceChapter(const CardFacts& facts) {
                          " --character ", manifest.character(),
                          " --motions LIB --run RUN --seed ", facts.run.seed,
                          SourceFlags(manifest.provenance()));
-  std::string text =
-      absl::StrCat("## How to make it again\n\n    ", trained, "\n");
+  std::string text = absl::StrCat(kReproduce, "\n\n    ", trained, "\n");
   if (facts.evaluation.is_object()) {
     absl::StrAppend(&text,
                     "    ./sinew eval --bundle RUN/bundle --motions LIB "
@@ -169,7 +169,8 @@ std::string ReproduceChapter(const CardFacts& facts) {
 
 std::string LoadChapter(const CardFacts& facts) {
   return absl::StrCat(
-      "## How to load it\n\nIn C (deploy/runtime/sinew_runtime.h): reference "
+      kLoad,
+      "\n\nIn C (deploy/runtime/sinew_runtime.h): reference "
       "and body in, joint targets out.\n\n"
       "```c\n"
       "char error[200];\n"

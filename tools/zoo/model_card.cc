@@ -12,6 +12,7 @@
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "tools/evaluation/figures_table.h"
+#include "tools/zoo/card_chapters.h"
 #include "tools/zoo/card_text.h"
 #include "tools/zoo/trained_on.h"
 
@@ -65,12 +66,12 @@ std::string Machine(const CardFacts& facts) {
 std::string TrainingChapter(const CardFacts& facts) {
   const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
   std::string text = absl::StrFormat(
-      "## Training\n\n| | |\n|---|---|\n| recipe | %s |\n| recipe SHA-256 | "
+      "%s\n\n| | |\n|---|---|\n| recipe | %s |\n| recipe SHA-256 | "
       "%s |\n| seed | %d |\n| samples | %d |\n| time | %.2f h of training, "
       "evaluation left out |\n| iterations (of its last stage) | %d |\n"
       "| machine | %s |\n| build | %s |\n",
-      OrUnknown(facts.run.recipe), provenance.recipe_sha256(), facts.run.seed,
-      facts.run.samples, facts.run.train_seconds / 3600,
+      kTraining, OrUnknown(facts.run.recipe), provenance.recipe_sha256(),
+      facts.run.seed, facts.run.samples, facts.run.train_seconds / 3600,
       provenance.iterations(), Machine(facts), OrUnknown(provenance.build()));
   for (const v1::BundleSource& source : provenance.sources()) {
     absl::StrAppend(&text, "| ", evaluation::TableCell(source.role()), " | ",
@@ -118,11 +119,11 @@ std::string ShareCell(const Json& way, const char* field) {
 std::string SamplesText(const Json& samples) {
   if (!samples.is_object()) return "";
   std::string text = absl::StrFormat(
-      "\nIts prior alone, %g s from starts `%s`, of %d transitions of the "
+      "\n%s%g s from starts `%s`, of %d transitions of the "
       "library (threshold %g):\n\n"
       "| | samples | upright at the end | got up | covered | of what tracking "
       "covers |\n|---|---|---|---|---|---|\n",
-      NumberAt(samples, {"seconds"}), samples.value("start", ""),
+      kPriorAlone, NumberAt(samples, {"seconds"}), samples.value("start", ""),
       static_cast<int64_t>(NumberAt(samples, {"library", "transitions"})),
       NumberAt(samples, {"library", "threshold"}));
   for (const Json& way : samples["ways"]) {
@@ -158,7 +159,7 @@ int SeenOfLeftOut(const CardFacts& facts) {
 }
 
 absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
-  std::string text = "## Metrics\n\n";
+  std::string text = absl::StrCat(kMetrics, "\n\n");
   if (facts.evaluation.is_object()) {
     SINEW_ASSIGN_OR_RETURN(
         const std::string table,

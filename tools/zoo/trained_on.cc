@@ -12,6 +12,7 @@
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "tools/evaluation/figures_table.h"
+#include "tools/zoo/card_chapters.h"
 
 namespace sinew::zoo {
 namespace {
@@ -103,7 +104,7 @@ std::string TrainedOnChapter(const CardFacts& facts) {
   const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
   std::map<v1::ClipUse, Credits> credits = CreditsByUse(facts);
   std::string text = absl::StrCat(
-      "## Trained on\n\nClips: ", Count(credits[v1::CLIP_USE_TRAINED_ON]),
+      kTrainedOn, "\n\nClips: ", Count(credits[v1::CLIP_USE_TRAINED_ON]),
       ", and ", Count(credits[v1::CLIP_USE_LEFT_OUT]),
       " left out of training. Library ", provenance.library_sha256(),
       ".\n\n| clips | | credit and licence |\n|---|---|---|\n");

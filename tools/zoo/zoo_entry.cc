@@ -13,6 +13,7 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
+#include "tools/zoo/card_chapters.h"
 
 namespace sinew::zoo {
 namespace {
@@ -59,9 +60,7 @@ absl::Status CheckEvaluation(const std::string& file,
 
 absl::Status CheckChapters(const std::string& file, const std::string& card,
                            bool has_prior) {
-  for (const char* chapter :
-       {"## Trained on", "## Training", "## Metrics", "## Limitations",
-        "## How to make it again", "## How to load it"}) {
+  for (const char* chapter : kChapters) {
     if (absl::StrContains(card, absl::StrCat("\n", chapter, "\n"))) continue;
     return absl::FailedPreconditionError(
         absl::StrCat(file, ": expected a chapter \"", chapter,
@@ -73,7 +72,7 @@ absl::Status CheckChapters(const std::string& file, const std::string& card,
         ": expected figures beside the zero action's, found none (sinew "
         "card --eval)"));
   }
-  if (has_prior && !absl::StrContains(card, "\nIts prior alone, ")) {
+  if (has_prior && !absl::StrContains(card, absl::StrCat("\n", kPriorAlone))) {
     return absl::FailedPreconditionError(absl::StrCat(
         file,
         ": expected what its prior does alone, found none (sinew card "
