@@ -14,14 +14,14 @@
 namespace sinew::teacher {
 namespace {
 
-absl::Status CheckTeachers(
-    absl::Span<const std::unique_ptr<Annotator>> teachers) {
+absl::Status CheckTeachers(absl::Span<const ClipTeacher> teachers) {
   if (teachers.empty()) {
     return absl::InvalidArgumentError("teachers: expected some, found none");
   }
-  const v1::DescribeTeacherResponse& first = teachers[0]->description();
-  for (const auto& teacher : teachers) {
-    const v1::DescribeTeacherResponse& other = teacher->description();
+  const v1::DescribeTeacherResponse& first =
+      teachers[0].annotator->description();
+  for (const ClipTeacher& teacher : teachers) {
+    const v1::DescribeTeacherResponse& other = teacher.annotator->description();
     if (other.observation_width() == first.observation_width() &&
         other.action_width() == first.action_width()) {
       continue;
@@ -38,8 +38,7 @@ absl::Status CheckTeachers(
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ClipAnnotator>> ClipAnnotator::Create(
-    std::vector<std::unique_ptr<Annotator>> teachers,
-    std::vector<int> teacher_of_clip, Order order) {
+    std::vector<ClipTeacher> teachers, std::vector<int> teacher_of_clip) {
   SINEW_RETURN_IF_ERROR(CheckTeachers(teachers));
   const auto count = static_cast<int>(teachers.size());
   for (size_t clip = 0; clip < teacher_of_clip.size(); ++clip) {
@@ -49,24 +48,25 @@ absl::StatusOr<std::unique_ptr<ClipAnnotator>> ClipAnnotator::Create(
         absl::StrCat("clip ", clip, ": expected one of ", count,
                      " teachers, found index ", teacher));
   }
-  return std::unique_ptr<ClipAnnotator>(new ClipAnnotator(
-      std::move(teachers), std::move(teacher_of_clip), order));
+  return std::unique_ptr<ClipAnnotator>(
+      new ClipAnnotator(std::move(teachers), std::move(teacher_of_clip)));
 }
 
-ClipAnnotator::ClipAnnotator(std::vector<std::unique_ptr<Annotator>> teachers,
-                             std::vector<int> teacher_of_clip, Order order)
+ClipAnnotator::ClipAnnotator(std::vector<ClipTeacher> teachers,
+                             std::vector<int> teacher_of_clip)
     : teachers_(std::move(teachers)),
       teacher_of_clip_(std::move(teacher_of_clip)),
-      order_(order),
-      description_(teachers_[0]->description()),
-      spread_(teachers_[0]->spread().begin(), teachers_[0]->spread().end()) {
+      description_(teachers_[0].annotator->description()),
+      spread_(teachers_[0].annotator->spread().begin(),
+              teachers_[0].annotator->spread().end()) {
   std::string digests;
-  for (const auto& teacher : teachers_) {
-    absl::StrAppend(&digests, teacher->description().bundle_sha256(), "\n");
+  for (const ClipTeacher& teacher : teachers_) {
+    const v1::DescribeTeacherResponse& one = teacher.annotator->description();
+    absl::StrAppend(&digests, one.bundle_sha256(), "\n");
     description_.set_max_rows(
-        std::min(description_.max_rows(), teacher->description().max_rows()));
+        std::min(description_.max_rows(), one.max_rows()));
     for (size_t j = 0; j < spread_.size(); ++j) {
-      spread_[j] = std::max(spread_[j], teacher->spread()[j]);
+      spread_[j] = std::max(spread_[j], teacher.annotator->spread()[j]);
     }
   }
   description_.set_bundle_sha256(Sha256Hex(digests));
@@ -85,20 +85,21 @@ absl::Status ClipAnnotator::Annotate(const Rows& rows,
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::vector<int64_t>> divided,
                          Divide(rows));
   std::vector<absl::Status> answers(teachers_.size());
-  std::vector<std::jthread> threads;
-  for (size_t t = 0; t < teachers_.size(); ++t) {
-    if (divided[t].empty()) continue;
-    const auto ask = [&, t] {
-      answers[t] = Ask(*teachers_[t], rows, divided[t], targets);
-    };
-    if (order_ == Order::kAtOnce) {
-      threads.emplace_back(ask);
-      continue;
+  const auto ask = [&](size_t t) {
+    answers[t] = Ask(*teachers_[t].annotator, rows, divided[t], targets);
+    return answers[t].ok();
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (size_t t = 0; t < teachers_.size(); ++t) {
+      if (divided[t].empty() || !teachers_[t].elsewhere) continue;
+      threads.emplace_back([&ask, t] { ask(t); });
     }
-    ask();
-    if (!answers[t].ok()) break;
+    for (size_t t = 0; t < teachers_.size(); ++t) {
+      if (divided[t].empty() || teachers_[t].elsewhere) continue;
+      if (!ask(t)) break;
+    }
   }
-  for (std::jthread& thread : threads) thread.join();
   for (const absl::Status& answer : answers) SINEW_RETURN_IF_ERROR(answer);
   return absl::OkStatus();
 }

@@ -13,6 +13,15 @@
 
 namespace sinew::teacher {
 
+// One of several teachers.
+struct ClipTeacher {
+  std::unique_ptr<Annotator> annotator;
+  // Asked on a thread of its own, beside the others: it does not use this
+  // machine's cores. Those in this process share threads, and are asked one
+  // after the other.
+  bool elsewhere = false;
+};
+
 // Several teachers as one: each labels the rows of its own clips. So one policy
 // learns what one policy per clip knows.
 //
@@ -22,7 +31,8 @@ namespace sinew::teacher {
 // order (whose clips are whose is left out), and no provenance. Spread: of each
 // joint, the largest of all teachers.
 //
-// Thread-safety, blocking: as the teachers. Ownership: owns them. Errors:
+// Thread-safety, blocking: as the teachers; one that fails is told of when
+// those elsewhere have answered. Ownership: owns them. Errors:
 // Create; those of the teachers; INVALID_ARGUMENT for rows without Rows::clips,
 // or of a clip that nobody labels.
 class ClipAnnotator final : public Annotator {
@@ -30,16 +40,11 @@ class ClipAnnotator final : public Annotator {
   // Of a clip that nobody labels.
   static constexpr int kNone = -1;
 
-  // When teachers are asked: in this process one after the other, since they
-  // share its threads; elsewhere at the same time, with a thread for each.
-  enum class Order { kOneByOne, kAtOnce };
-
   // `teacher_of_clip` [C]: by clip of the run's library, an index into
   // `teachers`, or kNone. INVALID_ARGUMENT: no teachers, teachers of different
   // widths, an index that is none.
   static absl::StatusOr<std::unique_ptr<ClipAnnotator>> Create(
-      std::vector<std::unique_ptr<Annotator>> teachers,
-      std::vector<int> teacher_of_clip, Order order = Order::kOneByOne);
+      std::vector<ClipTeacher> teachers, std::vector<int> teacher_of_clip);
 
   const v1::DescribeTeacherResponse& description() const override {
     return description_;
@@ -48,8 +53,8 @@ class ClipAnnotator final : public Annotator {
   absl::Status Annotate(const Rows& rows, absl::Span<double> targets) override;
 
  private:
-  ClipAnnotator(std::vector<std::unique_ptr<Annotator>> teachers,
-                std::vector<int> teacher_of_clip, Order order);
+  ClipAnnotator(std::vector<ClipTeacher> teachers,
+                std::vector<int> teacher_of_clip);
 
   // Rows of each teacher, in order.
   absl::StatusOr<std::vector<std::vector<int64_t>>> Divide(
@@ -58,9 +63,8 @@ class ClipAnnotator final : public Annotator {
                    absl::Span<const int64_t> of_teacher,
                    absl::Span<double> targets) const;
 
-  const std::vector<std::unique_ptr<Annotator>> teachers_;
+  const std::vector<ClipTeacher> teachers_;
   const std::vector<int> teacher_of_clip_;
-  const Order order_;
   v1::DescribeTeacherResponse description_;
   std::vector<double> spread_;
 };

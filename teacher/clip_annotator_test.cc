@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -23,6 +22,7 @@ namespace sinew::teacher {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -66,9 +66,9 @@ class Described final : public Annotator {
 
 absl::StatusOr<std::unique_ptr<ClipAnnotator>> MakeDescribed(
     std::unique_ptr<Described> first, std::unique_ptr<Described> second) {
-  std::vector<std::unique_ptr<Annotator>> teachers;
-  teachers.push_back(std::move(first));
-  teachers.push_back(std::move(second));
+  std::vector<ClipTeacher> teachers;
+  teachers.push_back({std::move(first)});
+  teachers.push_back({std::move(second)});
   return ClipAnnotator::Create(std::move(teachers), {0, 1});
 }
 
@@ -80,9 +80,9 @@ std::vector<double> Answers(Annotator& annotator, const Rows& rows) {
 
 // Two teachers: of clips 0 and 3, and of clip 1; nobody labels clip 2.
 std::unique_ptr<ClipAnnotator> MakeTwo() {
-  std::vector<std::unique_ptr<Annotator>> teachers;
+  std::vector<ClipTeacher> teachers;
   for (const uint64_t seed : {1, 2}) {
-    teachers.push_back(LocalAnnotator::Create(Toy(seed), 1).value());
+    teachers.push_back({LocalAnnotator::Create(Toy(seed), 1).value()});
   }
   return ClipAnnotator::Create(std::move(teachers), {0, 1, kNone, 0}).value();
 }
@@ -108,11 +108,17 @@ TEST(ClipAnnotator, GivesEveryRowTheAnswerOfItsClipsTeacher) {
   }
 }
 
-// Answers zeros once all of its company are asked.
+// How many teachers have been asked.
+struct Asked {
+  Mutex mu;
+  CondVar changed;
+  int count SINEW_GUARDED_BY(mu) = 0;
+};
+
+// Answers with a row's base and a step of its own, once two are asked.
 class Sociable final : public Annotator {
  public:
-  Sociable(Mutex& mu, CondVar& changed, int& asked)
-      : mu_(mu), changed_(changed), asked_(asked) {
+  Sociable(double step, Asked& asked) : step_(step), asked_(asked) {
     description_.set_observation_width(1);
     description_.set_action_width(1);
     description_.set_max_rows(8);
@@ -121,50 +127,73 @@ class Sociable final : public Annotator {
     return description_;
   }
   absl::Span<const double> spread() const override { return spread_; }
-  absl::Status Annotate(const Rows&, absl::Span<double> targets) override {
-    std::ranges::fill(targets, 0.0);
-    MutexLock lock(mu_);
-    ++asked_;
-    changed_.NotifyAll();
-    const Clock::TimePoint deadline = clock_.After(absl::Seconds(30));
-    while (asked_ < 2 && clock_.SteadyNow() < deadline) {
-      clock_.WaitUntil(mu_, changed_, deadline, {});
+  absl::Status Annotate(const Rows& rows, absl::Span<double> targets) override {
+    for (size_t i = 0; i < targets.size(); ++i) {
+      targets[i] = rows.bases[i] + step_;
     }
-    if (asked_ == 2) return absl::OkStatus();
+    MutexLock lock(asked_.mu);
+    ++asked_.count;
+    asked_.changed.NotifyAll();
+    const Clock::TimePoint deadline = clock_.After(absl::Seconds(30));
+    while (asked_.count < 2 && clock_.SteadyNow() < deadline) {
+      clock_.WaitUntil(asked_.mu, asked_.changed, deadline, {});
+    }
+    if (asked_.count == 2) return absl::OkStatus();
     return absl::DeadlineExceededError("nobody else is asked");
   }
 
  private:
-  Mutex& mu_;
-  CondVar& changed_;
-  int& asked_;
+  const double step_;
+  Asked& asked_;
   SystemClock clock_;
   v1::DescribeTeacherResponse description_;
   const std::vector<double> spread_ = {0.5};
 };
 
-TEST(ClipAnnotator, AsksTeachersElsewhereAtTheSameTime) {
-  Mutex mu;
-  CondVar changed;
-  int asked = 0;
-  std::vector<std::unique_ptr<Annotator>> teachers;
-  for (int i = 0; i < 2; ++i) {
-    teachers.push_back(std::make_unique<Sociable>(mu, changed, asked));
-  }
-  const auto annotator = ClipAnnotator::Create(std::move(teachers), {0, 1},
-                                               ClipAnnotator::Order::kAtOnce)
-                             .value();
-  const std::vector<float> observations = {1, 2};
-  const std::vector<double> bases = {1, 2};
-  const std::vector<int32_t> clips = {1, 0};
-  std::vector<double> targets(2, 7.0);
+// What two teachers say of clips 0 and 1; the second is elsewhere.
+absl::StatusOr<std::vector<double>> AskBoth(std::unique_ptr<Annotator> first,
+                                            std::unique_ptr<Annotator> second) {
+  std::vector<ClipTeacher> teachers;
+  teachers.push_back({.annotator = std::move(first)});
+  teachers.push_back({.annotator = std::move(second), .elsewhere = true});
+  const auto annotator =
+      ClipAnnotator::Create(std::move(teachers), {0, 1}).value();
+  const std::vector<float> observations = {0, 0, 0, 0};
+  const std::vector<double> bases = {1, 2, 3, 4};
+  const std::vector<int32_t> clips = {1, 0, 0, 1};
+  std::vector<double> targets(4);
+  const absl::Status asked = annotator->Annotate(
+      {.observations = observations, .bases = bases, .clips = clips},
+      absl::MakeSpan(targets));
+  if (!asked.ok()) return asked;
+  return targets;
+}
 
+TEST(ClipAnnotator, AsksThoseElsewhereBesideThoseHere) {
+  Asked asked;
+
+  EXPECT_THAT(AskBoth(std::make_unique<Sociable>(10, asked),
+                      std::make_unique<Sociable>(20, asked)),
+              IsOkAndHolds(ElementsAre(21, 12, 13, 24)));
+}
+
+TEST(ClipAnnotator, FailsWhereEitherOfTwoDoes) {
+  const auto away = [] {
+    return std::make_unique<Described>("away", 1, 8, std::vector{0.5});
+  };
+  const auto there = [](Asked& asked) {
+    MutexLock lock(asked.mu);
+    asked.count = 1;  // it need not wait
+    return std::make_unique<Sociable>(10, asked);
+  };
+  Asked first, second;
+
+  EXPECT_THAT(AskBoth(away(), there(first)),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       AllOf(HasSubstr("2 rows"), HasSubstr("teacher away"))));
   EXPECT_THAT(
-      annotator->Annotate(
-          {.observations = observations, .bases = bases, .clips = clips},
-          absl::MakeSpan(targets)),
-      IsOk());
-  EXPECT_THAT(targets, ElementsAre(0, 0));
+      AskBoth(there(second), away()),
+      StatusIs(absl::StatusCode::kUnavailable, HasSubstr("teacher away")));
 }
 
 TEST(ClipAnnotator, RefusesRowsThatNobodyLabels) {
@@ -190,9 +219,9 @@ TEST(ClipAnnotator, RefusesRowsThatNobodyLabels) {
 
 TEST(ClipAnnotator, IsAnotherTeacherWhereOneOfThemIs) {
   const auto two = MakeTwo();
-  std::vector<std::unique_ptr<Annotator>> others;
+  std::vector<ClipTeacher> others;
   for (const uint64_t seed : {1, 3}) {
-    others.push_back(LocalAnnotator::Create(Toy(seed), 1).value());
+    others.push_back({LocalAnnotator::Create(Toy(seed), 1).value()});
   }
   const auto other = ClipAnnotator::Create(std::move(others), {0, 1}).value();
 
@@ -251,8 +280,8 @@ TEST(ClipAnnotator, RefusesTablesThatNameNoTeacher) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("teachers: expected some")));
   for (const int teacher : {1, -2}) {
-    std::vector<std::unique_ptr<Annotator>> one;
-    one.push_back(LocalAnnotator::Create(Toy(1), 1).value());
+    std::vector<ClipTeacher> one;
+    one.push_back({LocalAnnotator::Create(Toy(1), 1).value()});
     EXPECT_THAT(ClipAnnotator::Create(std::move(one), {0, teacher}),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          AllOf(HasSubstr("clip 1"),

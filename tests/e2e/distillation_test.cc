@@ -19,6 +19,7 @@
 #include "deploy/bundle/bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/snapshot.pb.h"
+#include "tests/testing/teacher_rig.h"
 #include "tests/testing/training_rig.h"
 
 namespace sinew::tests {
@@ -29,22 +30,6 @@ using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// Of a run with a teacher; without a bottleneck.
-TrainingRig::Arguments Taught(const std::string& teacher,
-                              const TrainingRig::Arguments& more = {}) {
-  TrainingRig::Arguments arguments = {
-      "--set", "task.action.placement=absolute",
-      "--set", "task.action.clip=100",
-      "--set", "distillation.minibatch=32",
-      "--set", "distillation.samples_per_insert=2",
-      "--set", "distillation.memory.rows=128"};
-  if (!teacher.empty()) {
-    arguments.insert(arguments.end(), {"--teacher", teacher});
-  }
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 const TrainingRig::Arguments& Latent() {
   static const auto& arguments =
       *new TrainingRig::Arguments({"--set", "network.latent.width=3", "--set",
@@ -53,14 +38,6 @@ const TrainingRig::Arguments& Latent() {
                                    "network.latent.decoder_hidden=8", "--set",
                                    "distillation.memory.selector=prioritised"});
   return arguments;
-}
-
-// A run of two iterations; its bundle.
-std::string MakeTeacher(const TrainingRig& rig,
-                        const std::string& name = "teacher",
-                        const TrainingRig::Arguments& more = {}) {
-  rig.MustRun(name, rig.Train(name, 2, more));
-  return JoinPath(rig.Path(name), "bundle");
 }
 
 // A composer over two primitives; its bundle.
@@ -97,29 +74,6 @@ TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
     rig.MustRun("further", rig.Train("straight", rig.Rows("killed"), begun));
   }
   EXPECT_EQ(rig.FingerprintOf("killed"), rig.FingerprintOf("straight"));
-}
-
-// `sinew teacher` of a bundle, and where it listens.
-struct Served {
-  Served(const TrainingRig& rig, const std::string& name,
-         const std::string& bundle, const std::string& listen = "127.0.0.1:0")
-      : process(rig.Start(name, {"teacher", "--bundle", bundle, "--listen",
-                                 listen, "--threads", "1"})),
-        address(rig.AwaitAddress(*process, name)) {}
-
-  std::unique_ptr<Subprocess> process;
-  std::string address;
-};
-
-// What the run's bundle says it was trained on, but for how long that took.
-v1::BundleProvenance ProvenanceOf(const TrainingRig& rig,
-                                  const std::string& run) {
-  v1::BundleProvenance provenance =
-      bundle::ReadBundle(JoinPath(rig.Path(run), "bundle"))
-          .value()
-          .manifest.provenance();
-  provenance.clear_train_seconds();
-  return provenance;
 }
 
 TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {
@@ -189,33 +143,6 @@ TEST(DistillationTest, EndsWhereTheOnlyTeacherIsKilledAndGoesOnWithItsNext) {
   rig.MustRun("straight", rig.Train("straight", iterations, Taught(teacher)));
 
   EXPECT_EQ(rig.FingerprintOf("run"), rig.FingerprintOf("straight"));
-}
-
-TEST(DistillationTest, LearnsFromOneTeacherPerClip) {
-  const TrainingRig rig;
-  const auto only = [](const std::string& clips) {
-    return TrainingRig::Arguments{"--set", "task.start.only_clips=" + clips};
-  };
-  const std::string turns = MakeTeacher(rig, "turns", only("[turn]"));
-  const std::string others = MakeTeacher(rig, "others", only("[sway,tumble]"));
-
-  rig.MustRun("run", rig.Train("run", 3, Taught(turns, {others})));
-
-  const v1::BundleProvenance found = ProvenanceOf(rig, "run");
-  ASSERT_EQ(found.sources_size(), 2);
-  EXPECT_NE(found.sources(0).manifest_sha256(),
-            found.sources(1).manifest_sha256());
-  // Who labels what does not depend on the order, nor on where it is, and
-  // matters.
-  const Served served(rig, "served", others);
-  rig.MustRun("swapped",
-              rig.Train("swapped", 3, Taught(served.address, {turns})));
-  EXPECT_EQ(rig.FingerprintOf("swapped"), rig.FingerprintOf("run"));
-  rig.MustRun("one", rig.Train("one", 3, Taught(others)));
-  EXPECT_NE(rig.FingerprintOf("one"), rig.FingerprintOf("run"));
-  EXPECT_FALSE(
-      rig.Run("alone", rig.Train("alone", 1, Taught(turns, {turns}))).ok());
-  EXPECT_THAT(rig.Output("alone"), HasSubstr("the same bundle"));
 }
 
 TEST(DistillationTest, GivesABundleWithALatentThatNamesItsTeacher) {

@@ -10,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "common/json_fields.h"
 #include "common/status_macros.h"
+#include "tools/evaluation/same_task.h"
 
 namespace sinew::evaluation {
 namespace {
@@ -52,25 +53,6 @@ absl::StatusOr<Json> Parse(const TableRow& row) {
                       "something else");
   }
   return file;
-}
-
-// Whether two files are about the same starts.
-absl::Status CheckSameTask(const Json& first, const Json& file,
-                           const TableRow& row) {
-  const auto same = [&](absl::string_view field, const Json& expected,
-                        const Json& found) {
-    if (expected == found) return absl::OkStatus();
-    return UnfitField(row.file, field, expected.dump(), found.dump());
-  };
-  SINEW_RETURN_IF_ERROR(same("library.sha256",
-                             At(At(first, "library"), "sha256"),
-                             At(At(file, "library"), "sha256")));
-  for (const char* key : {"starts_per_clip", "seconds", "randomised"}) {
-    SINEW_RETURN_IF_ERROR(same(key, At(first, key), At(file, key)));
-  }
-  return same("definitions.fall_distance_m",
-              At(At(first, "definitions"), "fall_distance_m"),
-              At(At(file, "definitions"), "fall_distance_m"));
 }
 
 std::string Succeeded(const Json& set) {
@@ -188,7 +170,7 @@ absl::StatusOr<std::string> FiguresTable(absl::Span<const TableRow> rows) {
     }
     SINEW_ASSIGN_OR_RETURN(const Json file, Parse(row));
     if (first.is_null()) first = file;
-    SINEW_RETURN_IF_ERROR(CheckSameTask(first, file, row));
+    SINEW_RETURN_IF_ERROR(CheckSameTask(first, file, row.file));
     SINEW_ASSIGN_OR_RETURN(const std::string line, Line(file, row));
     absl::StrAppend(&table, line);
     zero_actions.Add(row.name, ZeroActionCells(file));

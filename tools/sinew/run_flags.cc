@@ -36,9 +36,10 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
       "clips first");
   command.add_option(
       "--teacher-eval", flags.teacher_evaluations,
-      "what `sinew eval --out` wrote of each of several bundles in --teacher: "
-      "a clip's teacher is the one that wins most of its starts, of equals the "
-      "first");
+      "files that `sinew eval --out` wrote, one of each of several bundles in "
+      "--teacher, all of this library and with the same --starts: a clip's "
+      "teacher is the one that wins most of them, then the one that survives "
+      "longest, then the nearest");
   command
       .add_option("--teacher-patience", flags.teacher_patience,
                   "seconds to go on asking teachers elsewhere while none of "

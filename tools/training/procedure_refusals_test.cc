@@ -217,11 +217,14 @@ TEST_F(ProcedureRunTest, RefusesPrimitivesFromElsewhere) {
 }
 
 TEST_F(ProcedureRunTest, RefusesATeacher) {
-  options_.teachers = {"bundles/expert"};
   MadeUpSteps steps;
-
+  options_.teachers = {"bundles/expert"};
   EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
-                                   HasSubstr("--teacher")));
+                                   HasSubstr("--teacher: expected")));
+  options_.teachers.clear();
+  options_.teacher_evaluations = {"expert.json"};
+  EXPECT_THAT(Run(steps), StatusIs(absl::StatusCode::kInvalidArgument,
+                                   HasSubstr("--teacher-eval: expected")));
   EXPECT_THAT(steps.trained(), IsEmpty());
 }
 

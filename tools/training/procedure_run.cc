@@ -64,10 +64,14 @@ absl::Status CheckOptions(const TrainingRun::Options& options) {
         "--continue: expected a recipe of one training, found a procedure, "
         "whose stages begin with each other's weights");
   }
-  if (!options.teachers.empty() || !options.teacher_evaluations.empty()) {
-    return absl::InvalidArgumentError(
-        "--teacher: expected a recipe with distillation, found one with a "
-        "procedure, whose stages learn without a teacher");
+  for (const auto& [flag, names] :
+       {std::pair("--teacher", &options.teachers),
+        std::pair("--teacher-eval", &options.teacher_evaluations)}) {
+    if (names->empty()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag,
+        ": expected a recipe with distillation, found one with a procedure, "
+        "whose stages learn without a teacher"));
   }
   for (const auto& [flag, address] :
        {std::pair("--replay", &options.replay_address),

@@ -19,11 +19,13 @@ namespace {
 
 using Sources = std::vector<v1::RunInputs::Source>;
 
+constexpr char kTeacher[] = "teacher";
+
 // Digests of the teachers among them; labels do not depend on their order.
 std::string Teachers(const Sources& sources) {
   std::vector<std::string> digests;
   for (const v1::RunInputs::Source& source : sources) {
-    if (source.bundle().role() != "teacher") continue;
+    if (source.bundle().role() != kTeacher) continue;
     digests.push_back(source.bundle().manifest_sha256());
   }
   std::sort(digests.begin(), digests.end());
@@ -44,37 +46,60 @@ std::map<std::string, std::string> TeacherOfClip(const Sources& sources) {
 absl::Status CheckSameTeacher(const Sources& before, const Sources& teachers) {
   const std::string expected = Teachers(before);
   const std::string found = Teachers(teachers);
-  if (!expected.empty() && expected != found) {
+  if (expected.empty() || expected == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("--teacher: expected what the run was started with "
+                   "(manifest_sha256 ",
+                   expected, "), found another (", found,
+                   "); give the same, or another --run"));
+}
+
+absl::Status CheckSameLabels(const Sources& before, const RunTeacher& teacher) {
+  const auto expected = TeacherOfClip(before);
+  const auto found = TeacherOfClip(teacher.sources);
+  // A run of old does not say who labels what, but it had no evaluations.
+  if (expected.empty() && teacher.by_evaluation) {
     return absl::FailedPreconditionError(
-        absl::StrCat("--teacher: expected what the run was started with "
-                     "(manifest_sha256 ",
-                     expected, "), found another (", found,
-                     "); give the same, or another --run"));
+        "--teacher-eval: expected none, since the run was started without, "
+        "found some; give the same, or another --run");
   }
-  const auto now = TeacherOfClip(teachers);
-  for (const auto& [clip, teacher] : TeacherOfClip(before)) {
-    const auto same = now.find(clip);
-    if (same == now.end() || same->second == teacher) continue;
+  for (const auto& [clip, digest] : expected) {
+    const auto same = found.find(clip);
+    if (same != found.end() && same->second == digest) continue;
     return absl::FailedPreconditionError(absl::StrCat(
         "--teacher-eval: expected for clip ", clip,
-        " the teacher that the run was started with (manifest_sha256 ", teacher,
-        "), found another (", same->second,
-        "); give the same evaluations, or another --run"));
+        " the teacher that the run was started with (manifest_sha256 ", digest,
+        "), found ", same == found.end() ? "none" : same->second,
+        "; give the same evaluations, or another --run"));
   }
   return absl::OkStatus();
 }
 
+absl::Status CheckSame(const Sources& before, const RunTeacher& teacher,
+                       bool migrates) {
+  // Of another library, others may do best.
+  if (!migrates || !teacher.by_evaluation) {
+    SINEW_RETURN_IF_ERROR(CheckSameTeacher(before, teacher.sources));
+  }
+  return migrates ? absl::OkStatus() : CheckSameLabels(before, teacher);
+}
+
 // Which teacher labels which clips, as it is now: those of a library that has
-// changed (--migrate-library) are others.
+// changed (--migrate-library) are others, and so may be their teachers.
 void TakeLabels(const Sources& teachers, Sources* sources) {
   for (v1::RunInputs::Source& source : *sources) {
-    for (const v1::RunInputs::Source& teacher : teachers) {
-      if (teacher.bundle().role() != source.bundle().role() ||
-          teacher.bundle().manifest_sha256() !=
-              source.bundle().manifest_sha256()) {
-        continue;
-      }
-      *source.mutable_labelled_clips() = teacher.labelled_clips();
+    if (source.bundle().role() == kTeacher) source.clear_labelled_clips();
+  }
+  for (const v1::RunInputs::Source& teacher : teachers) {
+    const auto same = std::ranges::find_if(*sources, [&](const auto& source) {
+      return source.bundle().role() == kTeacher &&
+             source.bundle().manifest_sha256() ==
+                 teacher.bundle().manifest_sha256();
+    });
+    if (same == sources->end()) {
+      sources->push_back(teacher);
+    } else {
+      *same->mutable_labelled_clips() = teacher.labelled_clips();
     }
   }
 }
@@ -107,14 +132,14 @@ std::set<std::string> DrawnBefore(const v1::CurriculumTable& table,
 
 }  // namespace
 
-absl::StatusOr<Sources> RunSources(const std::string& run, bool resumed,
-                                   const std::optional<Sources>& moved,
+absl::StatusOr<Sources> RunSources(const std::string& run,
+                                   const std::optional<Resumption>& resumption,
                                    const InitialPolicy& initial,
                                    const std::optional<RunTeacher>& teacher) {
-  if (resumed) {
-    std::optional<Sources> before = SourcesBefore(run, moved);
+  if (resumption) {
+    std::optional<Sources> before = SourcesBefore(run, resumption->moved);
     if (before && teacher) {
-      SINEW_RETURN_IF_ERROR(CheckSameTeacher(*before, teacher->sources));
+      SINEW_RETURN_IF_ERROR(CheckSame(*before, *teacher, resumption->migrates));
       TakeLabels(teacher->sources, &*before);
     }
     if (before) return *std::move(before);

@@ -15,18 +15,26 @@
 
 namespace sinew::tools {
 
+// How a run goes on that has been begun.
+struct Resumption {
+  // What a compact state says that it goes on from; unset: the run's folder.
+  std::optional<std::vector<v1::RunInputs::Source>> moved = std::nullopt;
+  // With another library, of which each teacher may label other clips, and by
+  // evaluations others may teach.
+  bool migrates = false;
+};
+
 // What a run's bundles are to say of those that it began with and learns from
 // (RunInputs.sources): `initial`, then the teachers. Of a run that is resumed,
-// in folder `run`, what they said so far: `moved`, where it goes on from a
-// compact state that has them, else what the folder says, with the clips that
-// each teacher labels now.
+// in folder `run`, what they said so far, with the clips that each teacher
+// labels now. `resumption`: unset for a new run.
 //
 // Thread-safety: a function. Blocking: on the disk. Errors: those of
 // ReadBundle; FAILED_PRECONDITION for a resumed run that had other teachers, in
-// whatever order, or another one of them for a clip, with the digests of both.
+// whatever order, or another one of them for a clip, with the digests of both,
+// or none where it has evaluations now; save as `migrates` says.
 absl::StatusOr<std::vector<v1::RunInputs::Source>> RunSources(
-    const std::string& run, bool resumed,
-    const std::optional<std::vector<v1::RunInputs::Source>>& moved,
+    const std::string& run, const std::optional<Resumption>& resumption,
     const InitialPolicy& initial, const std::optional<RunTeacher>& teacher);
 
 // Adds a source without a bundle to those of a run that is resumed: clips of

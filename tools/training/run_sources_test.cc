@@ -28,6 +28,7 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Pair;
 
 // A toy world with a bundle in it, and a run's folder.
@@ -48,8 +49,13 @@ struct Fixture {
   }
   // Of a new run that begins with the bundle and learns from "expert".
   absl::StatusOr<std::vector<v1::RunInputs::Source>> Begin() const {
-    return RunSources(run, /*resumed=*/false, /*moved=*/std::nullopt,
+    return RunSources(run, /*resumption=*/std::nullopt,
                       {.init = bundle, .primitives = {}}, Teacher("expert"));
+  }
+  absl::StatusOr<std::vector<v1::RunInputs::Source>> Resume(
+      const std::optional<RunTeacher>& teacher,
+      const Resumption& resumption = {}) const {
+    return RunSources(run, resumption, {}, teacher);
   }
   absl::Status Save(const std::vector<v1::RunInputs::Source>& sources) const {
     return bundle::SaveRunInputs(run,
@@ -85,8 +91,7 @@ TEST(RunSources, StayAsTheyWereWhenARunIsResumed) {
   ASSERT_THAT(begun, IsOk());
   ASSERT_THAT(f.Save(*begun), IsOk());
 
-  const auto sources = RunSources(
-      f.run, /*resumed=*/true, /*moved=*/std::nullopt, {}, f.Teacher("expert"));
+  const auto sources = f.Resume(f.Teacher("expert"));
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
@@ -97,8 +102,7 @@ TEST(RunSources, RefuseAnotherTeacherThanBefore) {
   const Fixture f;
   ASSERT_THAT(f.Save({f.Teacher("expert")->sources[0]}), IsOk());
 
-  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
-                         f.Teacher("novice")),
+  EXPECT_THAT(f.Resume(f.Teacher("novice")),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr("--teacher"), HasSubstr("expert"),
                              HasSubstr("novice"))));
@@ -108,50 +112,90 @@ TEST(RunSources, NameSeveralTeachersWhoseOrderDoesNotMatter) {
   const Fixture f;
   std::optional<RunTeacher> teachers = f.Teacher("expert");
   teachers->sources.push_back(f.Teacher("novice")->sources[0]);
-  const auto begun = RunSources(f.run, /*resumed=*/false,
-                                /*moved=*/std::nullopt, {}, teachers);
+  const auto begun =
+      RunSources(f.run, /*resumption=*/std::nullopt, {}, teachers);
   ASSERT_THAT(begun, IsOk());
   ASSERT_EQ(begun->size(), 2u);
   ASSERT_THAT(f.Save(*begun), IsOk());
   std::swap(teachers->sources[0], teachers->sources[1]);
 
-  const auto resumed =
-      RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {}, teachers);
+  const auto resumed = f.Resume(teachers);
 
   ASSERT_THAT(resumed, IsOk());
   EXPECT_EQ((*resumed)[0].bundle().manifest_sha256(), "expert");
-  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
-                         f.Teacher("expert")),
+  EXPECT_THAT(f.Resume(f.Teacher("expert")),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        HasSubstr("expert, novice")));
 }
 
-TEST(RunSources, KeepWhichTeacherLabelsAClip) {
-  const Fixture f;
+// "expert" labels a jump, "novice" a walk.
+std::optional<RunTeacher> TwoTeachers(const Fixture& f) {
   std::optional<RunTeacher> teachers = f.Teacher("expert");
   teachers->sources.push_back(f.Teacher("novice")->sources[0]);
   teachers->sources[0].add_labelled_clips("jump");
   teachers->sources[1].add_labelled_clips("walk");
-  const auto resume = [&] {
-    return RunSources(f.run, /*resumed=*/true, /*moved=*/std::nullopt, {},
-                      teachers);
-  };
-  ASSERT_THAT(f.Save(teachers->sources), IsOk());
-  // A clip that the library has since.
-  teachers->sources[0].add_labelled_clips("kick");
+  teachers->by_evaluation = true;
+  return teachers;
+}
 
-  const auto resumed = resume();
+TEST(RunSources, KeepWhichTeacherLabelsAClip) {
+  const Fixture f;
+  const std::optional<RunTeacher> teachers = TwoTeachers(f);
+  ASSERT_THAT(f.Save(teachers->sources), IsOk());
+
+  const auto resumed = f.Resume(teachers);
 
   ASSERT_THAT(resumed, IsOk());
-  EXPECT_THAT((*resumed)[0].labelled_clips(), ElementsAre("jump", "kick"));
+  EXPECT_THAT((*resumed)[0].labelled_clips(), ElementsAre("jump"));
   EXPECT_THAT((*resumed)[1].labelled_clips(), ElementsAre("walk"));
-  // The other one for a clip that had one already.
-  teachers->sources[0].clear_labelled_clips();
-  teachers->sources[1].add_labelled_clips("jump");
-  EXPECT_THAT(resume(),
+  std::optional<RunTeacher> turned = TwoTeachers(f);
+  turned->sources[0].set_labelled_clips(0, "walk");
+  turned->sources[1].set_labelled_clips(0, "jump");
+  EXPECT_THAT(f.Resume(turned),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr("--teacher-eval"), HasSubstr("jump"),
                              HasSubstr("expert"), HasSubstr("novice"))));
+}
+
+// The library has a kick since, of which a third bundle knows more, and
+// "novice" does best at nothing now.
+TEST(RunSources, TakeOthersThatTeachALibraryThatHasChanged) {
+  const Fixture f;
+  std::optional<RunTeacher> teachers = TwoTeachers(f);
+  ASSERT_THAT(f.Save(teachers->sources), IsOk());
+  teachers->sources[1] = f.Teacher("kicker")->sources[0];
+  teachers->sources[1].add_labelled_clips("kick");
+  teachers->sources[0].add_labelled_clips("walk");
+
+  const auto resumed = f.Resume(teachers, {.migrates = true});
+
+  ASSERT_THAT(resumed, IsOk());
+  ASSERT_EQ(resumed->size(), 3u);
+  EXPECT_THAT((*resumed)[0].labelled_clips(), ElementsAre("jump", "walk"));
+  EXPECT_EQ((*resumed)[1].bundle().manifest_sha256(), "novice");
+  EXPECT_THAT((*resumed)[1].labelled_clips(), IsEmpty());
+  EXPECT_EQ((*resumed)[2].bundle().manifest_sha256(), "kicker");
+  // By what they were trained on, the teachers stay.
+  teachers->by_evaluation = false;
+  EXPECT_THAT(f.Resume(teachers, {.migrates = true}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expert, novice")));
+}
+
+TEST(RunSources, OfOldWithoutLabelsRefuseEvaluations) {
+  const Fixture f;
+  std::optional<RunTeacher> teachers = TwoTeachers(f);
+  for (v1::RunInputs::Source& source : teachers->sources) {
+    source.clear_labelled_clips();
+  }
+  ASSERT_THAT(f.Save(teachers->sources), IsOk());
+
+  EXPECT_THAT(f.Resume(TwoTeachers(f)),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("--teacher-eval: expected none")));
+  teachers = TwoTeachers(f);
+  teachers->by_evaluation = false;
+  EXPECT_THAT(f.Resume(teachers), IsOk());
 }
 
 TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
@@ -159,15 +203,13 @@ TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
   const auto begun = f.Begin();
   ASSERT_THAT(begun, IsOk());
 
-  const auto sources = RunSources(f.run, /*resumed=*/true, /*moved=*/*begun, {},
-                                  f.Teacher("expert"));
+  const auto sources = f.Resume(f.Teacher("expert"), {.moved = *begun});
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
   EXPECT_EQ((*sources)[0].bundle().role(), "init");
   EXPECT_EQ((*sources)[1].bundle().role(), "teacher");
-  EXPECT_THAT(RunSources(f.run, /*resumed=*/true, /*moved=*/*begun, {},
-                         f.Teacher("novice")),
+  EXPECT_THAT(f.Resume(f.Teacher("novice"), {.moved = *begun}),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr("expert"), HasSubstr("novice"))));
 }

@@ -6,15 +6,15 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "common/files.h"
-#include "common/logging.h"
 #include "common/policy/teacher_graph.h"
+#include "common/rpc/address.h"
 #include "common/status_context.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/clip_uses.h"
 #include "deploy/bundle/run_export.h"
 #include "proto/sinew/v1/bundle.pb.h"
-#include "proto/sinew/v1/motion.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/start.h"
 #include "teacher/client/annotator.h"
@@ -105,55 +105,56 @@ class Several {
  public:
   // INVALID_ARGUMENT: a bundle that is among them already.
   absl::Status Add(const std::string& name, std::set<std::string> clips,
-                   std::unique_ptr<teacher::Annotator> annotator) {
+                   std::unique_ptr<teacher::Annotator> annotator,
+                   bool elsewhere) {
     const v1::DescribeTeacherResponse& teacher = annotator->description();
     for (const TeacherCandidate& other : candidates_) {
       if (other.manifest_sha256 != teacher.bundle_sha256()) continue;
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--teacher: expected several bundles, or replicas of one as ",
-          other.name, kAmongReplicas, name, ", found the same bundle (",
-          "manifest_sha256 ", other.manifest_sha256, ") as ", other.name,
-          " and as ", name));
+      return absl::InvalidArgumentError(
+          absl::StrCat("--teacher: expected several bundles, found the same (",
+                       "manifest_sha256 ", other.manifest_sha256, ") as ",
+                       other.name, " and as ", name,
+                       "; addresses of its replicas have commas between them"));
     }
     sources_.push_back(SourceOf(teacher));
     candidates_.push_back({.name = name,
                            .manifest_sha256 = teacher.bundle_sha256(),
                            .clips = std::move(clips)});
-    annotators_.push_back(std::move(annotator));
+    teachers_.push_back(
+        {.annotator = std::move(annotator), .elsewhere = elsewhere});
     return absl::OkStatus();
   }
 
   absl::StatusOr<RunTeacher> Divide(const RunTeacherOptions& options,
                                     const v1::Start& start,
-                                    const motion::Library& library,
-                                    teacher::ClipAnnotator::Order order) && {
+                                    const motion::Library& library) && {
+    RunTeacher result;
+    result.by_evaluation = !options.evaluations.empty();
     SINEW_ASSIGN_OR_RETURN(
         TeacherOfClip teacher_of_clip,
-        options.evaluations.empty()
-            ? ChooseByTraining(candidates_, start, library)
-            : ChooseByEvaluation(candidates_, options.evaluations, library));
+        result.by_evaluation
+            ? ChooseByEvaluation(candidates_, options.evaluations, library)
+            : ChooseByTraining(candidates_, start, library));
     for (int c = 0; c < library.num_clips(); ++c) {
       if (!world::IsDrawn(start, library.clip(c))) continue;
       sources_[teacher_of_clip[c]].add_labelled_clips(library.clip(c).name());
     }
-    for (size_t t = 0; t < candidates_.size(); ++t) {
-      LogInfo("a teacher labels its clips",
-              {{"teacher", candidates_[t].name},
-               {"clips", sources_[t].labelled_clips_size()}});
+    // What is no teacher of anything is no source of the student's either.
+    for (size_t t = 0; t < sources_.size(); ++t) {
+      if (result.by_evaluation && sources_[t].labelled_clips().empty())
+        continue;
+      result.sources.push_back(std::move(sources_[t]));
     }
-    RunTeacher result;
-    result.sources = std::move(sources_);
-    SINEW_ASSIGN_OR_RETURN(
-        result.annotator,
-        teacher::ClipAnnotator::Create(std::move(annotators_),
-                                       std::move(teacher_of_clip), order));
+    SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::ClipAnnotator::Create(
+                                                 std::move(teachers_),
+                                                 std::move(teacher_of_clip)));
     return result;
   }
 
  private:
   std::vector<v1::RunInputs::Source> sources_;
   std::vector<TeacherCandidate> candidates_;
-  std::vector<std::unique_ptr<teacher::Annotator>> annotators_;
+  std::vector<teacher::ClipTeacher> teachers_;
 };
 
 // A teacher elsewhere, by its replicas' addresses.
@@ -185,19 +186,17 @@ absl::StatusOr<RunTeacher> OpenElsewhere(const RunTeacherOptions& options,
 absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
                                        const v1::Recipe& recipe,
                                        const TaskSetup& setup) {
-  using Order = teacher::ClipAnnotator::Order;
   Several several;
-  Order order = Order::kOneByOne;
   const teacher::LocalAnnotator* first = nullptr;
   for (const std::string& name : options.teachers) {
     if (!FileExists(name)) {
-      order = Order::kAtOnce;
       SINEW_ASSIGN_OR_RETURN(auto elsewhere,
                              Connect(name, options, recipe, setup));
       std::set<std::string> clips =
           ClipsOf(elsewhere->description().provenance(), {});
-      SINEW_RETURN_IF_ERROR(
-          several.Add(name, std::move(clips), std::move(elsewhere)));
+      SINEW_RETURN_IF_ERROR(several.Add(name, std::move(clips),
+                                        std::move(elsewhere),
+                                        /*elsewhere=*/true));
       continue;
     }
     SINEW_ASSIGN_OR_RETURN(LocalTeacher local, ReadLocal(name, options.threads,
@@ -206,10 +205,27 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
     const v1::BundleManifest& manifest = local.policy.manifest;
     SINEW_RETURN_IF_ERROR(several.Add(
         name, ClipsOf(manifest.provenance(), manifest.task().start()),
-        std::move(local.annotator)));
+        std::move(local.annotator), /*elsewhere=*/false));
   }
   return std::move(several).Divide(options, recipe.task().start(),
-                                   *setup.library, order);
+                                   *setup.library);
+}
+
+// That what is no folder could be addresses; asks nobody.
+absl::Status CheckNames(const std::vector<std::string>& teachers) {
+  for (const std::string& name : teachers) {
+    if (FileExists(name)) continue;
+    for (const absl::string_view one : absl::StrSplit(name, kAmongReplicas)) {
+      const absl::Status parsed = rpc::ParseAddress(std::string(one)).status();
+      if (parsed.ok()) continue;
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--teacher ", name,
+          ": expected the folder of a bundle, which is not there, or addresses "
+          "with commas between, found: ",
+          parsed.message()));
+    }
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -230,6 +246,7 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
     SINEW_RETURN_IF_ERROR(CheckNoEvaluations(options));
   }
   if (options.teachers.empty()) return std::nullopt;
+  SINEW_RETURN_IF_ERROR(CheckNames(options.teachers));
   const bool one = options.teachers.size() == 1;
   const bool here = FileExists(options.teachers[0]);
   if (recipe.distillation().teacher_share() > 0 && !(one && here)) {

@@ -26,6 +26,8 @@ struct RunTeacher {
   std::unique_ptr<teacher::Annotator> annotator;
   // What the run's bundles say of it, a bundle each.
   std::vector<v1::RunInputs::Source> sources;
+  // Whether evaluations say which of several labels what.
+  bool by_evaluation = false;
   // Adds its policy to a student's graphs, for episodes in which it acts; empty
   // where the bundle is elsewhere, or one of several.
   std::function<absl::Status(v1::PolicyGraph&, TensorMap&)> add_graph;
@@ -41,7 +43,8 @@ struct RunTeacherOptions {
   // folder, else all that its provenance names (ChooseByTraining).
   std::vector<std::string> teachers;
   // Files of `sinew eval --out`, one of each of several bundles: each labels
-  // the clips that it does best at instead (ChooseByEvaluation).
+  // the clips that it does best at instead (ChooseByEvaluation). One that does
+  // best at none is no teacher.
   std::vector<std::string> evaluations = {};
   // How long to go on asking addresses without an answer, > 0.
   absl::Duration patience = absl::Minutes(2);
@@ -61,9 +64,8 @@ struct RunTeacherOptions {
 // Thread-safety: a function. Blocking: reads the bundle, or asks the peers.
 // Errors: INVALID_ARGUMENT: one of recipe and teachers without the other;
 // something that does not fit, with bundle or peer, field, expected and found;
-// those of ReadBundle, of
-// teacher_choice.h, of ConnectAnnotator for addresses: UNAVAILABLE or
-// DEADLINE_EXCEEDED where none of them answers, among others.
+// those of ReadBundle, of teacher_choice.h, of ConnectAnnotator for addresses:
+// UNAVAILABLE or DEADLINE_EXCEEDED where none of them answers, among others.
 absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
     const RunTeacherOptions& options, const v1::Recipe& recipe,
     const TaskSetup& setup);

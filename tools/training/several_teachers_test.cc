@@ -313,7 +313,40 @@ TEST(SeveralTeachers, ElsewhereLabelAsTheyDoHere) {
   EXPECT_THAT(
       run.Open({a->address(), c->address()}),
       StatusIs(absl::StatusCode::kInvalidArgument,
-               AllOf(HasSubstr("the same bundle"), HasSubstr(replicas))));
+               AllOf(HasSubstr("found the same"), HasSubstr(a->address()),
+                     HasSubstr(c->address()), HasSubstr("commas"))));
+}
+
+TEST(SeveralTeachers, AreNamedByFoldersThatAreThereOrAddresses) {
+  Several run;
+  const std::string there = run.Bundle("there", {"turn"});
+  for (const std::string& name :
+       {there + "s", std::string("unix:/a,") + there}) {
+    EXPECT_THAT(run.Open({there, name}),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("--teacher " + name),
+                               HasSubstr("folder of a bundle"))));
+  }
+}
+
+// What another bundle does better throughout is not learned from, nor kept.
+TEST(SeveralTeachers, ByEvaluationsAreThoseThatDoBestAtAClip) {
+  Several run;
+  const std::vector<std::string> clips = ClipNames(*run.setup.library);
+  const std::string best = run.Bundle("best", clips, /*gain=*/0.3);
+  const std::string worse = run.Bundle("worse", clips, /*gain=*/0.6);
+
+  const auto teacher =
+      OpenTeacher({.teachers = {worse, best},
+                   .evaluations = {run.Evaluation(best, {1, 1, 1}),
+                                   run.Evaluation(worse, {0, 0, 0})}},
+                  run.recipe, run.setup);
+
+  ASSERT_THAT(teacher, IsOk());
+  EXPECT_TRUE((*teacher)->by_evaluation);
+  ASSERT_EQ((*teacher)->sources.size(), 1u);
+  EXPECT_EQ((*teacher)->sources[0].labelled_clips_size(), 3);
+  EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({best}), 0));
 }
 
 TEST(SeveralTeachers, HasEvaluationsOnlyWhereThereAreBundlesToChooseFrom) {

@@ -6,16 +6,17 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/files.h"
+#include "common/json_fields.h"
 #include "common/status_macros.h"
 #include "proto/sinew/v1/motion.pb.h"
 #include "sim/world/start.h"
 #include "teacher/clip_annotator.h"
+#include "tools/evaluation/same_task.h"
 
 namespace sinew::tools {
 namespace {
@@ -23,6 +24,11 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr char kFlag[] = "--teacher-eval";
+
+// A file of the flag's, in errors.
+std::string Named(const std::string& file) {
+  return absl::StrCat(kFlag, " ", file);
+}
 
 std::string Names(absl::Span<const TeacherCandidate> candidates) {
   return absl::StrJoin(candidates, ", ",
@@ -35,17 +41,15 @@ std::string Names(absl::Span<const TeacherCandidate> candidates) {
 struct Score {
   int64_t succeeded_starts = 0;
   int64_t frames = 0;
+  double minus_error_mm = 0;  // E_g-mpjpe until the falls
 
   friend auto operator<=>(const Score&, const Score&) = default;
 };
 
-// What an evaluation says, of what a choice depends on.
+// One candidate's evaluation.
 struct Scores {
   std::string file;
   std::string manifest_sha256;
-  std::string library_sha256;
-  int64_t starts_per_clip = 0;
-  double seconds = 0;
   std::map<std::string, Score> of_clip;
 };
 
@@ -53,102 +57,83 @@ struct Scores {
 Scores ParseScores(const Json& json) {
   Scores scores;
   scores.manifest_sha256 = json.at("bundle").at("manifest_sha256");
-  scores.library_sha256 = json.at("library").at("sha256");
-  scores.starts_per_clip = json.at("starts_per_clip");
-  scores.seconds = json.at("seconds");
+  (void)json.at("starts_per_clip").get<int64_t>();  // compared by CheckSameTask
+  (void)json.at("seconds").get<double>();
   for (const Json& clip : json.at("clips")) {
+    const Json& error = clip.at("e_g_mpjpe_mm");  // null: nothing compared
     scores.of_clip[clip.at("name")] = {
         .succeeded_starts = clip.at("succeeded_starts"),
-        .frames = clip.at("frames")};
+        .frames = clip.at("frames"),
+        .minus_error_mm = error.is_null() ? 0.0 : -error.get<double>()};
   }
   return scores;
 }
 
-absl::StatusOr<Scores> ReadScores(const std::string& file) {
+// `first`: the first file that was read, with which others are compared.
+absl::StatusOr<Scores> ReadScores(const std::string& file,
+                                  const motion::Library& library, Json* first) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
+  Scores scores;
+  Json json;
   try {
-    Scores scores = ParseScores(Json::parse(text));
-    scores.file = file;
-    return scores;
+    json = Json::parse(text);
+    scores = ParseScores(json);
+    const std::string digest = json.at("library").at("sha256");
+    if (digest != library.digest()) {
+      return UnfitField(Named(file), "library.sha256",
+                        absl::StrCat(library.digest(), " of --motions"),
+                        digest);
+    }
   } catch (const Json::exception& error) {
     return absl::InvalidArgumentError(
-        absl::StrCat(kFlag, " ", file, ": expected what `sinew eval --out` ",
-                     "writes of a bundle, found: ", error.what()));
+        absl::StrCat(Named(file), ": expected what `sinew eval --out` writes ",
+                     "of a bundle, found: ", error.what()));
   }
-}
-
-absl::Status Expected(const Scores& scores, const char* field,
-                      const std::string& expected, const std::string& found) {
-  return absl::InvalidArgumentError(absl::StrCat(kFlag, " ", scores.file, ": ",
-                                                 field, ": expected ", expected,
-                                                 ", found ", found));
-}
-
-// That it is of this library, with the starts of `first`.
-absl::Status CheckScores(const Scores& scores, const Scores& first,
-                         const motion::Library& library) {
-  if (scores.library_sha256 != library.digest()) {
-    return Expected(scores, "library.sha256",
-                    absl::StrCat(library.digest(), " of --motions"),
-                    scores.library_sha256);
-  }
-  if (scores.starts_per_clip != first.starts_per_clip) {
-    return Expected(scores, "starts_per_clip",
-                    absl::StrCat(first.starts_per_clip, " as ", first.file),
-                    absl::StrCat(scores.starts_per_clip));
-  }
-  if (scores.seconds != first.seconds) {
-    return Expected(scores, "seconds",
-                    absl::StrCat(first.seconds, " as ", first.file),
-                    absl::StrCat(scores.seconds));
-  }
+  scores.file = file;
+  if (first->is_null()) *first = json;
+  SINEW_RETURN_IF_ERROR(evaluation::CheckSameTask(*first, json, Named(file)));
   for (int c = 0; c < library.num_clips(); ++c) {
     const std::string& name = library.clip(c).name();
     if (scores.of_clip.contains(name)) continue;
-    return Expected(scores, "clips", absl::StrCat("one named ", name), "none");
+    return UnfitField(Named(file), "clips", absl::StrCat("one named ", name),
+                      "none");
   }
-  return absl::OkStatus();
+  return scores;
 }
 
 // By candidate; each has one.
 absl::StatusOr<std::vector<Scores>> ScoresOf(
     absl::Span<const TeacherCandidate> candidates,
     absl::Span<const std::string> evaluations, const motion::Library& library) {
-  std::vector<std::optional<Scores>> found(candidates.size());
-  std::optional<Scores> first;
+  std::map<std::string, Scores> found;  // by digest
+  Json first;
   for (const std::string& file : evaluations) {
-    SINEW_ASSIGN_OR_RETURN(Scores scores, ReadScores(file));
-    if (!first) first = scores;
-    SINEW_RETURN_IF_ERROR(CheckScores(scores, *first, library));
-    bool is_of_one = false;
-    for (size_t t = 0; t < candidates.size(); ++t) {
-      if (candidates[t].manifest_sha256 != scores.manifest_sha256) continue;
-      if (found[t]) {
-        return Expected(scores, "bundle",
-                        absl::StrCat("another than that of ", found[t]->file),
-                        absl::StrCat("the same, ", candidates[t].name));
-      }
-      found[t] = scores;
-      is_of_one = true;
+    SINEW_ASSIGN_OR_RETURN(Scores scores, ReadScores(file, library, &first));
+    const std::string digest = scores.manifest_sha256;
+    if (std::ranges::none_of(candidates, [&](const TeacherCandidate& one) {
+          return one.manifest_sha256 == digest;
+        })) {
+      return UnfitField(
+          Named(file), "bundle.manifest_sha256",
+          absl::StrCat("that of one in --teacher (", Names(candidates), ")"),
+          digest);
     }
-    if (!is_of_one) {
-      return Expected(scores, "bundle.manifest_sha256",
-                      absl::StrCat("that of a bundle in --teacher (",
-                                   Names(candidates), ")"),
-                      scores.manifest_sha256);
-    }
+    const auto [other, is_new] = found.emplace(digest, std::move(scores));
+    if (is_new) continue;
+    return UnfitField(Named(file), "bundle.manifest_sha256",
+                      absl::StrCat("another than that of ", other->second.file),
+                      digest);
   }
   std::vector<Scores> result;
-  for (size_t t = 0; t < candidates.size(); ++t) {
-    if (!found[t]) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(kFlag,
-                       ": expected one evaluation of every bundle in "
-                       "--teacher, found none of ",
-                       candidates[t].name, " (manifest_sha256 ",
-                       candidates[t].manifest_sha256, ")"));
+  for (const TeacherCandidate& one : candidates) {
+    const auto scores = found.find(one.manifest_sha256);
+    if (scores == found.end()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          kFlag, ": expected one evaluation of every bundle in --teacher, ",
+          "found none of ", one.name, " (manifest_sha256 ", one.manifest_sha256,
+          ")"));
     }
-    result.push_back(*std::move(found[t]));
+    result.push_back(scores->second);
   }
   return result;
 }
@@ -196,13 +181,16 @@ absl::StatusOr<TeacherOfClip> ChooseByEvaluation(
     absl::Span<const std::string> evaluations, const motion::Library& library) {
   SINEW_ASSIGN_OR_RETURN(const std::vector<Scores> scores,
                          ScoresOf(candidates, evaluations, library));
+  std::vector<int> in_order(candidates.size());
+  std::iota(in_order.begin(), in_order.end(), 0);
+  std::ranges::sort(in_order, {}, [&](int t) -> const std::string& {
+    return candidates[t].manifest_sha256;
+  });
   TeacherOfClip result;
   for (int c = 0; c < library.num_clips(); ++c) {
     const std::string& name = library.clip(c).name();
-    const auto best = std::ranges::max_element(
-        scores, {},
-        [&](const Scores& of_one) { return of_one.of_clip.at(name); });
-    result.push_back(static_cast<int>(best - scores.begin()));
+    result.push_back(*std::ranges::max_element(
+        in_order, {}, [&](int t) { return scores[t].of_clip.at(name); }));
   }
   return result;
 }

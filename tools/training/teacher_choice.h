@@ -21,7 +21,7 @@ namespace sinew::tools {
 struct TeacherCandidate {
   std::string name;             // its folder, or where it is served
   std::string manifest_sha256;  // of its manifest.json
-  // Names of the clips that its own training drew starts from.
+  // Names of the clips that it is to label by its training (run_teacher.h).
   std::set<std::string> clips = {};
 };
 
@@ -39,15 +39,15 @@ absl::StatusOr<TeacherOfClip> ChooseByTraining(
     const motion::Library& library);
 
 // Of all candidates the one that wins most of a clip's starts; of equals, the
-// one whose starts survive more frames in all; of equals again, the first.
-// `evaluations`: files of `sinew eval --out`, one of each candidate in any
-// order, all on this library with as many starts a clip of as many seconds.
-// Blocking: reads them.
+// one whose starts survive more frames in all, then the one of least E_g-mpjpe
+// until the falls, then the first by digest, so that no order matters.
+// `evaluations`: files of `sinew eval --out`, one of each candidate, all on
+// this library with the same starts. Blocking: reads them.
 //
 // Errors, with file, field, what was expected and what was found:
 // INVALID_ARGUMENT: a file that is none, of another bundle, of another library,
-// with other starts than the first, two of one bundle, a bundle without one;
-// those of ReadFile.
+// that asked something else than the first (evaluation/same_task.h), two of one
+// bundle, a bundle without one; those of ReadFile.
 absl::StatusOr<TeacherOfClip> ChooseByEvaluation(
     absl::Span<const TeacherCandidate> candidates,
     absl::Span<const std::string> evaluations, const motion::Library& library);

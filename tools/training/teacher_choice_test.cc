@@ -43,7 +43,8 @@ struct Fixture {
     for (size_t c = 0; c < scores.size(); ++c) {
       clips.push_back({{"name", toy.library->clip(static_cast<int>(c)).name()},
                        {"succeeded_starts", scores[c].first},
-                       {"frames", scores[c].second}});
+                       {"frames", scores[c].second},
+                       {"e_g_mpjpe_mm", 50.0}});
     }
     return {{"bundle", {{"manifest_sha256", bundle + "'s digest"}}},
             {"library", {{"sha256", toy.library->digest()}}},
@@ -105,8 +106,7 @@ TEST(TeacherChoice, ByTrainingRefusesBundlesThatKnowAClipEquallyWell) {
               IsOkAndHolds(ElementsAre(1, 3, 2)));
 }
 
-// Equal in all: the first of the bundles, whatever the files' order. Fewer
-// starts won count for less than any frames; of none won, frames decide.
+// Fewer starts won count for less than any frames; of none won, frames decide.
 TEST(TeacherChoice, ByEvaluationIsTheOneThatWinsMostThenSurvivesLongest) {
   const Fixture f;
   const std::string walker =
@@ -114,13 +114,42 @@ TEST(TeacherChoice, ByEvaluationIsTheOneThatWinsMostThenSurvivesLongest) {
   const std::string tumbler =
       f.Write("tumbler.json", f.Evaluation("tumbler", f.tumbles));
 
-  EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
-              IsOkAndHolds(ElementsAre(0, 0, 1)));
-  EXPECT_THAT(ChooseByEvaluation(f.two, {tumbler, walker}, *f.toy.library),
-              IsOkAndHolds(ElementsAre(0, 0, 1)));
+  const auto choice =
+      ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library);
+
+  ASSERT_THAT(choice, IsOk());
+  EXPECT_EQ((*choice)[1], 0);
+  EXPECT_EQ((*choice)[2], 1);
+}
+
+// Both survive all of the first clip.
+TEST(TeacherChoice, ByEvaluationOfEqualsIsTheNearestWhateverTheOrder) {
+  const Fixture f;
+  Json near = f.Evaluation("walker", f.walks);
+  near["clips"][0]["e_g_mpjpe_mm"] = 20.0;
+  const std::string walker = f.Write("walker.json", near);
+  const std::string tumbler =
+      f.Write("tumbler.json", f.Evaluation("tumbler", f.tumbles));
   const std::vector<TeacherCandidate> turned = {f.two[1], f.two[0]};
+
+  for (const auto& files :
+       {std::vector{walker, tumbler}, std::vector{tumbler, walker}}) {
+    EXPECT_THAT(ChooseByEvaluation(f.two, files, *f.toy.library),
+                IsOkAndHolds(ElementsAre(0, 0, 1)));
+    EXPECT_THAT(ChooseByEvaluation(turned, files, *f.toy.library),
+                IsOkAndHolds(ElementsAre(1, 1, 0)));
+  }
+  // Equal in all, by digest; one that compared no frame has no error.
+  near["clips"][0]["e_g_mpjpe_mm"] = 50.0;
+  f.Write("walker.json", near);
+  EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
+              IsOkAndHolds(ElementsAre(1, 0, 1)));
   EXPECT_THAT(ChooseByEvaluation(turned, {walker, tumbler}, *f.toy.library),
               IsOkAndHolds(ElementsAre(0, 1, 0)));
+  near["clips"][2]["e_g_mpjpe_mm"] = nullptr;
+  f.Write("walker.json", near);
+  EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
+              IsOkAndHolds(ElementsAre(1, 0, 1)));
 }
 
 TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
@@ -141,7 +170,7 @@ TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
   EXPECT_THAT(choose({walker, again}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(again), HasSubstr(walker),
-                             HasSubstr("the same, walker"))));
+                             HasSubstr("found walker's digest"))));
   EXPECT_THAT(choose({walker, stranger}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(stranger), HasSubstr("walker, tumbler"),
@@ -156,12 +185,15 @@ TEST(TeacherChoice, ByEvaluationComparesEqualStartsOfTheSameLibrary) {
   other_starts["starts_per_clip"] = 4;
   Json other_seconds = f.Evaluation("tumbler", f.tumbles);
   other_seconds["seconds"] = 5.0;
+  Json randomised = f.Evaluation("tumbler", f.tumbles);
+  randomised["randomised"] = {{"seed", 1}};
   Json other_library = f.Evaluation("tumbler", f.tumbles);
   other_library["library"]["sha256"] = "another";
   Json lacks_a_clip = f.Evaluation("tumbler", {{1, 1}, {1, 1}});
   const std::pair<Json, std::string> cases[] = {
-      {other_starts, "starts_per_clip: expected 10 as " + walker + ", found 4"},
-      {other_seconds, "seconds: expected 10 as " + walker + ", found 5"},
+      {other_starts, "starts_per_clip: expected 10, found 4"},
+      {other_seconds, "seconds: expected 10.0, found 5.0"},
+      {randomised, "randomised: expected null, found {"},
       {other_library, "library.sha256: expected " + f.toy.library->digest()},
       {lacks_a_clip, "clips: expected one named tumble, found none"}};
   for (const auto& [evaluation, message] : cases) {

@@ -30,6 +30,17 @@ InitialPolicy InitialOf(const TrainingRun::Options& options) {
   return {.init = options.init, .primitives = options.primitives};
 }
 
+// Of several teachers.
+void LogLabels(const std::vector<v1::RunInputs::Source>& sources) {
+  for (const v1::RunInputs::Source& source : sources) {
+    if (source.labelled_clips().empty()) continue;
+    LogInfo("a teacher labels clips of its own",
+            {{"manifest_sha256", source.bundle().manifest_sha256()},
+             {"recipe", source.bundle().recipe()},
+             {"clips", source.labelled_clips_size()}});
+  }
+}
+
 }  // namespace
 
 TrainingRun::TrainingRun(const Options& options, Clock& clock,
@@ -107,10 +118,14 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   SINEW_RETURN_IF_ERROR(folder_->WriteConfig(
       options_.recipe, has_own_state ? state_->counters.recipe_sha256() : ""));
   SINEW_RETURN_IF_ERROR(CheckAssets(setup));
+  std::optional<Resumption> resumption;
+  if (state_) {
+    resumption = {.moved = moved_sources_, .migrates = migrates_};
+  }
   SINEW_ASSIGN_OR_RETURN(
       std::vector<v1::RunInputs::Source> sources,
-      RunSources(folder_->path(), /*resumed=*/state_.has_value(),
-                 moved_sources_, InitialOf(options_), teacher_));
+      RunSources(folder_->path(), resumption, InitialOf(options_), teacher_));
+  LogLabels(sources);
   if (state_) {
     AddEarlierTraining(state_->counters.curriculum(),
                        options_.recipe.task().start(),
