@@ -196,6 +196,29 @@ TEST(ClipAnnotator, FailsWhereEitherOfTwoDoes) {
       StatusIs(absl::StatusCode::kUnavailable, HasSubstr("teacher away")));
 }
 
+// They share threads: the second is not asked where the first fails.
+TEST(ClipAnnotator, AsksThoseHereOneAfterTheOther) {
+  Asked asked;
+  std::vector<ClipTeacher> teachers;
+  teachers.push_back(
+      {std::make_unique<Described>("away", 1, 8, std::vector{0.5})});
+  teachers.push_back({std::make_unique<Sociable>(10, asked)});
+  const auto annotator =
+      ClipAnnotator::Create(std::move(teachers), {0, 1}).value();
+  const std::vector<float> observations = {0, 0};
+  const std::vector<double> bases = {1, 2};
+  const std::vector<int32_t> clips = {1, 0};
+  std::vector<double> targets(2);
+
+  EXPECT_THAT(
+      annotator->Annotate(
+          {.observations = observations, .bases = bases, .clips = clips},
+          absl::MakeSpan(targets)),
+      StatusIs(absl::StatusCode::kUnavailable, HasSubstr("teacher away")));
+  MutexLock lock(asked.mu);
+  EXPECT_EQ(asked.count, 0);
+}
+
 TEST(ClipAnnotator, RefusesRowsThatNobodyLabels) {
   const auto annotator = MakeTwo();
   const ToyRows toy = MakeToyRows(2);

@@ -10,8 +10,8 @@ namespace sinew::evaluation {
 
 // Whether two files that `sinew eval` wrote (evaluation_json.h) have asked the
 // same of their policies, so that their figures may be compared: the library,
-// how many starts of how many seconds, whether they were randomised, and what
-// counts as a fall.
+// how many starts of how many seconds, whether they were randomised (not how
+// much), and what counts as a fall.
 //
 // Thread-safety: pure. Blocking: never. Errors: INVALID_ARGUMENT naming `file`,
 // the first field that differs, what `first` has and what was found; a field

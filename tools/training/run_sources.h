@@ -19,8 +19,8 @@ namespace sinew::tools {
 struct Resumption {
   // What a compact state says that it goes on from; unset: the run's folder.
   std::optional<std::vector<v1::RunInputs::Source>> moved = std::nullopt;
-  // With another library, of which each teacher may label other clips, and by
-  // evaluations others may teach.
+  // From a compact state, or with another library, of which each teacher may
+  // label other clips, and by evaluations others may teach.
   bool migrates = false;
 };
 

@@ -175,7 +175,13 @@ TEST(RunSources, TakeOthersThatTeachALibraryThatHasChanged) {
   EXPECT_EQ((*resumed)[1].bundle().manifest_sha256(), "novice");
   EXPECT_THAT((*resumed)[1].labelled_clips(), IsEmpty());
   EXPECT_EQ((*resumed)[2].bundle().manifest_sha256(), "kicker");
+  // And so it goes on.
+  ASSERT_THAT(f.Save(*resumed), IsOk());
+  const auto again = f.Resume(teachers);
+  ASSERT_THAT(again, IsOk());
+  EXPECT_EQ(again->size(), 3u);
   // By what they were trained on, the teachers stay.
+  ASSERT_THAT(f.Save(TwoTeachers(f)->sources), IsOk());
   teachers->by_evaluation = false;
   EXPECT_THAT(f.Resume(teachers, {.migrates = true}),
               StatusIs(absl::StatusCode::kFailedPrecondition,

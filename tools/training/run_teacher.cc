@@ -139,15 +139,22 @@ class Several {
       if (!world::IsDrawn(start, library.clip(c))) continue;
       sources_[teacher_of_clip[c]].add_labelled_clips(library.clip(c).name());
     }
-    // What is no teacher of anything is no source of the student's either.
-    for (size_t t = 0; t < sources_.size(); ++t) {
+    // By evaluation, what is no teacher of anything is not one of the student.
+    std::vector<teacher::ClipTeacher> kept;
+    std::vector<int> place(teachers_.size(), teacher::ClipAnnotator::kNone);
+    for (size_t t = 0; t < teachers_.size(); ++t) {
       if (result.by_evaluation && sources_[t].labelled_clips().empty())
         continue;
+      place[t] = static_cast<int>(kept.size());
+      kept.push_back(std::move(teachers_[t]));
       result.sources.push_back(std::move(sources_[t]));
     }
-    SINEW_ASSIGN_OR_RETURN(result.annotator, teacher::ClipAnnotator::Create(
-                                                 std::move(teachers_),
-                                                 std::move(teacher_of_clip)));
+    for (int& t : teacher_of_clip) {
+      if (t != teacher::ClipAnnotator::kNone) t = place[t];
+    }
+    SINEW_ASSIGN_OR_RETURN(result.annotator,
+                           teacher::ClipAnnotator::Create(
+                               std::move(kept), std::move(teacher_of_clip)));
     return result;
   }
 

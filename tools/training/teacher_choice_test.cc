@@ -50,6 +50,7 @@ struct Fixture {
             {"library", {{"sha256", toy.library->digest()}}},
             {"starts_per_clip", 10},
             {"seconds", 10.0},
+            {"definitions", {{"fall_distance_m", 0.5}}},
             {"clips", clips}};
   }
   std::string Write(const std::string& name, const std::string& text) const {
@@ -146,10 +147,11 @@ TEST(TeacherChoice, ByEvaluationOfEqualsIsTheNearestWhateverTheOrder) {
               IsOkAndHolds(ElementsAre(1, 0, 1)));
   EXPECT_THAT(ChooseByEvaluation(turned, {walker, tumbler}, *f.toy.library),
               IsOkAndHolds(ElementsAre(0, 1, 0)));
-  near["clips"][2]["e_g_mpjpe_mm"] = nullptr;
-  f.Write("walker.json", near);
+  Json nothing = f.Evaluation("tumbler", f.tumbles);
+  nothing["clips"][0]["e_g_mpjpe_mm"] = nullptr;
+  f.Write("tumbler.json", nothing);
   EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
-              IsOkAndHolds(ElementsAre(1, 0, 1)));
+              IsOkAndHolds(ElementsAre(0, 0, 1)));
 }
 
 TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
@@ -185,6 +187,8 @@ TEST(TeacherChoice, ByEvaluationComparesEqualStartsOfTheSameLibrary) {
   other_starts["starts_per_clip"] = 4;
   Json other_seconds = f.Evaluation("tumbler", f.tumbles);
   other_seconds["seconds"] = 5.0;
+  Json strict = f.Evaluation("tumbler", f.tumbles);
+  strict["definitions"]["fall_distance_m"] = 0.25;
   Json randomised = f.Evaluation("tumbler", f.tumbles);
   randomised["randomised"] = {{"seed", 1}};
   Json other_library = f.Evaluation("tumbler", f.tumbles);
@@ -193,6 +197,7 @@ TEST(TeacherChoice, ByEvaluationComparesEqualStartsOfTheSameLibrary) {
   const std::pair<Json, std::string> cases[] = {
       {other_starts, "starts_per_clip: expected 10, found 4"},
       {other_seconds, "seconds: expected 10.0, found 5.0"},
+      {strict, "definitions.fall_distance_m: expected 0.5, found 0.25"},
       {randomised, "randomised: expected null, found {"},
       {other_library, "library.sha256: expected " + f.toy.library->digest()},
       {lacks_a_clip, "clips: expected one named tumble, found none"}};
