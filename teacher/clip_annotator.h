@@ -16,9 +16,8 @@ namespace sinew::teacher {
 // One of several teachers.
 struct ClipTeacher {
   std::unique_ptr<Annotator> annotator;
-  // Asked on a thread of its own, beside the others: it does not use this
-  // machine's cores. Those in this process share threads, and are asked one
-  // after the other.
+  // Behind gRPC: asked on a thread of its own, beside the others. Those in this
+  // process share threads, and are asked one after the other.
   bool elsewhere = false;
 };
 

@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "absl/strings/string_view.h"
 #include "common/json_fields.h"
 #include "common/status_macros.h"
 #include "tools/evaluation/same_task.h"
