@@ -19,19 +19,21 @@ namespace {
 
 using Sources = std::vector<v1::RunInputs::Source>;
 
-constexpr char kTeacher[] = "teacher";
-
-// Digests of the teachers among them; labels do not depend on their order.
-// Where they say what each labels, of those that label something: a teacher
-// that a run had before its library changed stays among its sources.
-std::string Teachers(const Sources& sources) {
-  const bool say = std::ranges::any_of(sources, [](const auto& source) {
+// Whether they say what each teacher labels: of several, and not in runs of
+// old.
+bool SayLabels(const Sources& sources) {
+  return std::ranges::any_of(sources, [](const auto& source) {
     return !source.labelled_clips().empty();
   });
+}
+
+// Digests of the teachers among them, or of those that label something; labels
+// do not depend on their order.
+std::string Teachers(const Sources& sources, bool labelling) {
   std::vector<std::string> digests;
   for (const v1::RunInputs::Source& source : sources) {
-    if (source.bundle().role() != kTeacher) continue;
-    if (say && source.labelled_clips().empty()) continue;
+    if (source.bundle().role() != kTeacherRole) continue;
+    if (labelling && source.labelled_clips().empty()) continue;
     digests.push_back(source.bundle().manifest_sha256());
   }
   std::sort(digests.begin(), digests.end());
@@ -39,7 +41,7 @@ std::string Teachers(const Sources& sources) {
 }
 
 // By clip, the digest of the teacher that labels it.
-std::map<std::string, std::string> TeacherOfClip(const Sources& sources) {
+std::map<std::string, std::string> LabellersOf(const Sources& sources) {
   std::map<std::string, std::string> result;
   for (const v1::RunInputs::Source& source : sources) {
     for (const std::string& clip : source.labelled_clips()) {
@@ -49,9 +51,12 @@ std::map<std::string, std::string> TeacherOfClip(const Sources& sources) {
   return result;
 }
 
+// A teacher that a run had before its library changed stays among its sources,
+// and labels nothing; in a run of old, none says what it labels.
 absl::Status CheckSameTeacher(const Sources& before, const Sources& teachers) {
-  const std::string expected = Teachers(before);
-  const std::string found = Teachers(teachers);
+  const bool say = SayLabels(before);
+  const std::string expected = Teachers(before, say);
+  const std::string found = Teachers(teachers, say && SayLabels(teachers));
   if (expected.empty() || expected == found) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("--teacher: expected what the run was started with "
@@ -61,8 +66,8 @@ absl::Status CheckSameTeacher(const Sources& before, const Sources& teachers) {
 }
 
 absl::Status CheckSameLabels(const Sources& before, const RunTeacher& teacher) {
-  const auto expected = TeacherOfClip(before);
-  const auto found = TeacherOfClip(teacher.sources);
+  const auto expected = LabellersOf(before);
+  const auto found = LabellersOf(teacher.sources);
   // A run of old does not say who labels what, but it had no evaluations.
   if (expected.empty() && teacher.by_evaluation) {
     return absl::FailedPreconditionError(
@@ -94,11 +99,11 @@ absl::Status CheckSame(const Sources& before, const RunTeacher& teacher,
 // changed (--migrate-library) are others, and so may be their teachers.
 void TakeLabels(const Sources& teachers, Sources* sources) {
   for (v1::RunInputs::Source& source : *sources) {
-    if (source.bundle().role() == kTeacher) source.clear_labelled_clips();
+    if (source.bundle().role() == kTeacherRole) source.clear_labelled_clips();
   }
   for (const v1::RunInputs::Source& teacher : teachers) {
     const auto same = std::ranges::find_if(*sources, [&](const auto& source) {
-      return source.bundle().role() == kTeacher &&
+      return source.bundle().role() == kTeacherRole &&
              source.bundle().manifest_sha256() ==
                  teacher.bundle().manifest_sha256();
     });

@@ -138,6 +138,13 @@ std::optional<RunTeacher> TwoTeachers(const Fixture& f) {
   return teachers;
 }
 
+// The sources of a run of old, which do not say what they label.
+std::vector<v1::RunInputs::Source> TwoTeachersOfOld(const Fixture& f) {
+  std::vector<v1::RunInputs::Source> sources = TwoTeachers(f)->sources;
+  for (v1::RunInputs::Source& source : sources) source.clear_labelled_clips();
+  return sources;
+}
+
 TEST(RunSources, KeepWhichTeacherLabelsAClip) {
   const Fixture f;
   const std::optional<RunTeacher> teachers = TwoTeachers(f);
@@ -190,17 +197,19 @@ TEST(RunSources, TakeOthersThatTeachALibraryThatHasChanged) {
 
 TEST(RunSources, OfOldWithoutLabelsRefuseEvaluations) {
   const Fixture f;
-  std::optional<RunTeacher> teachers = TwoTeachers(f);
-  for (v1::RunInputs::Source& source : teachers->sources) {
-    source.clear_labelled_clips();
-  }
-  ASSERT_THAT(f.Save(teachers->sources), IsOk());
+  ASSERT_THAT(f.Save(TwoTeachersOfOld(f)), IsOk());
 
   EXPECT_THAT(f.Resume(TwoTeachers(f)),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        HasSubstr("--teacher-eval: expected none")));
+  std::optional<RunTeacher> teachers = TwoTeachers(f);
+  teachers->by_evaluation = false;
+  EXPECT_THAT(f.Resume(teachers), IsOk());
+  // Nor do they say that one of them labelled nothing.
+  ASSERT_THAT(f.Save(TwoTeachersOfOld(f)), IsOk());
   teachers = TwoTeachers(f);
   teachers->by_evaluation = false;
+  teachers->sources[1].clear_labelled_clips();
   EXPECT_THAT(f.Resume(teachers), IsOk());
 }
 
@@ -209,15 +218,17 @@ TEST(RunSources, ComeWithACompactStateIntoAFolderThatHasNone) {
   const auto begun = f.Begin();
   ASSERT_THAT(begun, IsOk());
 
-  const auto sources = f.Resume(f.Teacher("expert"), {.moved = *begun});
+  const auto sources =
+      f.Resume(f.Teacher("expert"), {.moved = *begun, .migrates = true});
 
   ASSERT_THAT(sources, IsOk());
   ASSERT_EQ(sources->size(), 2u);
   EXPECT_EQ((*sources)[0].bundle().role(), "init");
   EXPECT_EQ((*sources)[1].bundle().role(), "teacher");
-  EXPECT_THAT(f.Resume(f.Teacher("novice"), {.moved = *begun}),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       AllOf(HasSubstr("expert"), HasSubstr("novice"))));
+  EXPECT_THAT(
+      f.Resume(f.Teacher("novice"), {.moved = *begun, .migrates = true}),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               AllOf(HasSubstr("expert"), HasSubstr("novice"))));
 }
 
 v1::CurriculumTable Table(const std::vector<std::string>& drawn,

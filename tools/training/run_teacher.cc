@@ -29,7 +29,6 @@
 namespace sinew::tools {
 namespace {
 
-constexpr char kTeacher[] = "teacher";
 // Between addresses of replicas.
 constexpr char kAmongReplicas[] = ",";
 
@@ -55,7 +54,7 @@ absl::StatusOr<LocalTeacher> ReadLocal(
 }
 
 v1::RunInputs::Source SourceOf(const v1::DescribeTeacherResponse& teacher) {
-  return bundle::MakeSource(kTeacher, teacher.bundle_sha256(),
+  return bundle::MakeSource(kTeacherRole, teacher.bundle_sha256(),
                             teacher.provenance());
 }
 
@@ -90,14 +89,6 @@ std::set<std::string> ClipsOf(const v1::BundleProvenance& provenance,
     names.emplace(bundle::ClipNameOf(clip));
   }
   return names;
-}
-
-absl::Status CheckNoEvaluations(const RunTeacherOptions& options) {
-  if (options.evaluations.empty()) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "--teacher-eval: expected none unless --teacher has several bundles to "
-      "choose from, found ",
-      absl::StrJoin(options.evaluations, ", ")));
 }
 
 // Several bundles, each of which labels its own clips.
@@ -143,8 +134,8 @@ class Several {
     std::vector<teacher::ClipTeacher> kept;
     std::vector<int> place(teachers_.size(), teacher::ClipAnnotator::kNone);
     for (size_t t = 0; t < teachers_.size(); ++t) {
-      if (result.by_evaluation && sources_[t].labelled_clips().empty())
-        continue;
+      const bool idle = sources_[t].labelled_clips().empty();
+      if (result.by_evaluation && idle) continue;
       place[t] = static_cast<int>(kept.size());
       kept.push_back(std::move(teachers_[t]));
       result.sources.push_back(std::move(sources_[t]));
@@ -243,14 +234,16 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
   if (recipe.has_distillation() == options.teachers.empty()) {
     return absl::InvalidArgumentError(
         recipe.has_distillation()
-            ? "--teacher: expected a bundle or its addresses, since the recipe "
-              "has "
-              "distillation, found none"
+            ? "--teacher: expected a bundle or its addresses, since the "
+              "recipe has distillation, found none"
             : "--teacher: expected none, since the recipe has no distillation, "
               "found one");
   }
-  if (options.teachers.size() < 2) {
-    SINEW_RETURN_IF_ERROR(CheckNoEvaluations(options));
+  if (options.teachers.size() < 2 && !options.evaluations.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--teacher-eval: expected none unless --teacher has several bundles to "
+        "choose from, found ",
+        absl::StrJoin(options.evaluations, ", ")));
   }
   if (options.teachers.empty()) return std::nullopt;
   SINEW_RETURN_IF_ERROR(CheckNames(options.teachers));

@@ -21,6 +21,9 @@
 
 namespace sinew::tools {
 
+// BundleSource.role of a teacher.
+inline constexpr char kTeacherRole[] = "teacher";
+
 // Who labels what a distillation's student sees (--teacher).
 struct RunTeacher {
   std::unique_ptr<teacher::Annotator> annotator;

@@ -248,8 +248,7 @@ TEST(SeveralTeachers, OfBundlesOfOneClipTheNarrowestLabelsIt) {
   }
 }
 
-// The evaluations are real ones: each bundle wins what it is asked to by its
-// file, edited.
+// The evaluations are real ones, but for who wins.
 TEST(SeveralTeachers, EachLabelsWhatItsEvaluationSaysItDoesBestAt) {
   Several run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);

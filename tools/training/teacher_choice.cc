@@ -73,16 +73,15 @@ Scores ParseScores(const Json& json) {
   return scores;
 }
 
-// `first`: the first file that was read, with which others are compared.
+// `json`: the file.
 absl::StatusOr<Scores> ReadScores(const std::string& file,
-                                  const motion::Library& library, Json* first) {
+                                  const motion::Library& library, Json* json) {
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(file));
   Scores scores;
-  Json json;
   try {
-    json = Json::parse(text);
-    scores = ParseScores(json);
-    const std::string digest = json.at("library").at("sha256");
+    *json = Json::parse(text);
+    scores = ParseScores(*json);
+    const std::string digest = json->at("library").at("sha256");
     if (digest != library.digest()) {
       return UnfitField(Named(file), "library.sha256",
                         absl::StrCat(library.digest(), " of --motions"),
@@ -94,8 +93,6 @@ absl::StatusOr<Scores> ReadScores(const std::string& file,
                      "of a bundle, found: ", error.what()));
   }
   scores.file = file;
-  if (first->is_null()) *first = json;
-  SINEW_RETURN_IF_ERROR(evaluation::CheckSameTask(*first, json, Named(file)));
   for (int c = 0; c < library.num_clips(); ++c) {
     const std::string& name = library.clip(c).name();
     if (scores.of_clip.contains(name)) continue;
@@ -112,7 +109,15 @@ absl::StatusOr<std::vector<Scores>> ScoresOf(
   std::map<std::string, Scores> found;  // by digest
   Json first;
   for (const std::string& file : evaluations) {
-    SINEW_ASSIGN_OR_RETURN(Scores scores, ReadScores(file, library, &first));
+    Json json;
+    SINEW_ASSIGN_OR_RETURN(Scores scores, ReadScores(file, library, &json));
+    if (first.is_null()) first = json;
+    const absl::Status same =
+        evaluation::CheckSameTask(first, json, Named(file));
+    if (!same.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          same.message(), "; expected is what ", evaluations[0], " has"));
+    }
     const std::string digest = scores.manifest_sha256;
     if (std::ranges::none_of(candidates, [&](const TeacherCandidate& one) {
           return one.manifest_sha256 == digest;

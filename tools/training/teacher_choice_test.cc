@@ -69,6 +69,10 @@ struct Fixture {
   const std::vector<std::pair<int, int>> walks = {{10, 240}, {7, 150}, {0, 30}};
   const std::vector<std::pair<int, int>> tumbles = {
       {10, 240}, {2, 190}, {0, 31}};
+  // Files of what evaluations say of the two.
+  const std::string walker = Write("walker.json", Evaluation("walker", walks));
+  const std::string tumbler =
+      Write("tumbler.json", Evaluation("tumbler", tumbles));
 };
 
 TEST(TeacherChoice, ByTrainingIsTheNarrowestOfAClip) {
@@ -107,16 +111,13 @@ TEST(TeacherChoice, ByTrainingRefusesBundlesThatKnowAClipEquallyWell) {
               IsOkAndHolds(ElementsAre(1, 3, 2)));
 }
 
-// Fewer starts won count for less than any frames; of none won, frames decide.
+// A start that is won counts for more than any frames; of none won, they
+// decide.
 TEST(TeacherChoice, ByEvaluationIsTheOneThatWinsMostThenSurvivesLongest) {
   const Fixture f;
-  const std::string walker =
-      f.Write("walker.json", f.Evaluation("walker", f.walks));
-  const std::string tumbler =
-      f.Write("tumbler.json", f.Evaluation("tumbler", f.tumbles));
 
   const auto choice =
-      ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library);
+      ChooseByEvaluation(f.two, {f.walker, f.tumbler}, *f.toy.library);
 
   ASSERT_THAT(choice, IsOk());
   EXPECT_EQ((*choice)[1], 0);
@@ -128,13 +129,11 @@ TEST(TeacherChoice, ByEvaluationOfEqualsIsTheNearestWhateverTheOrder) {
   const Fixture f;
   Json near = f.Evaluation("walker", f.walks);
   near["clips"][0]["e_g_mpjpe_mm"] = 20.0;
-  const std::string walker = f.Write("walker.json", near);
-  const std::string tumbler =
-      f.Write("tumbler.json", f.Evaluation("tumbler", f.tumbles));
+  f.Write("walker.json", near);
   const std::vector<TeacherCandidate> turned = {f.two[1], f.two[0]};
 
   for (const auto& files :
-       {std::vector{walker, tumbler}, std::vector{tumbler, walker}}) {
+       {std::vector{f.walker, f.tumbler}, std::vector{f.tumbler, f.walker}}) {
     EXPECT_THAT(ChooseByEvaluation(f.two, files, *f.toy.library),
                 IsOkAndHolds(ElementsAre(0, 0, 1)));
     EXPECT_THAT(ChooseByEvaluation(turned, files, *f.toy.library),
@@ -143,21 +142,19 @@ TEST(TeacherChoice, ByEvaluationOfEqualsIsTheNearestWhateverTheOrder) {
   // Equal in all, by digest; one that compared no frame has no error.
   near["clips"][0]["e_g_mpjpe_mm"] = 50.0;
   f.Write("walker.json", near);
-  EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
+  EXPECT_THAT(ChooseByEvaluation(f.two, {f.walker, f.tumbler}, *f.toy.library),
               IsOkAndHolds(ElementsAre(1, 0, 1)));
-  EXPECT_THAT(ChooseByEvaluation(turned, {walker, tumbler}, *f.toy.library),
+  EXPECT_THAT(ChooseByEvaluation(turned, {f.walker, f.tumbler}, *f.toy.library),
               IsOkAndHolds(ElementsAre(0, 1, 0)));
   Json nothing = f.Evaluation("tumbler", f.tumbles);
   nothing["clips"][0]["e_g_mpjpe_mm"] = nullptr;
   f.Write("tumbler.json", nothing);
-  EXPECT_THAT(ChooseByEvaluation(f.two, {walker, tumbler}, *f.toy.library),
+  EXPECT_THAT(ChooseByEvaluation(f.two, {f.walker, f.tumbler}, *f.toy.library),
               IsOkAndHolds(ElementsAre(0, 0, 1)));
 }
 
 TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
   const Fixture f;
-  const std::string walker =
-      f.Write("walker.json", f.Evaluation("walker", f.walks));
   const std::string again =
       f.Write("again.json", f.Evaluation("walker", f.tumbles));
   const std::string stranger =
@@ -166,14 +163,15 @@ TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
     return ChooseByEvaluation(f.two, files, *f.toy.library);
   };
 
-  EXPECT_THAT(choose({walker}), StatusIs(absl::StatusCode::kInvalidArgument,
-                                         AllOf(HasSubstr("--teacher-eval"),
-                                               HasSubstr("none of tumbler"))));
-  EXPECT_THAT(choose({walker, again}),
+  EXPECT_THAT(choose({f.walker}),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr(again), HasSubstr(walker),
+                       AllOf(HasSubstr("--teacher-eval"),
+                             HasSubstr("none of tumbler"))));
+  EXPECT_THAT(choose({f.walker, again}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(again), HasSubstr(f.walker),
                              HasSubstr("found walker's digest"))));
-  EXPECT_THAT(choose({walker, stranger}),
+  EXPECT_THAT(choose({f.walker, stranger}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr(stranger), HasSubstr("walker, tumbler"),
                              HasSubstr("found stranger's digest"))));
@@ -181,8 +179,6 @@ TEST(TeacherChoice, ByEvaluationWantsOneOfEachBundle) {
 
 TEST(TeacherChoice, ByEvaluationComparesEqualStartsOfTheSameLibrary) {
   const Fixture f;
-  const std::string walker =
-      f.Write("walker.json", f.Evaluation("walker", f.walks));
   Json other_starts = f.Evaluation("tumbler", f.tumbles);
   other_starts["starts_per_clip"] = 4;
   Json other_seconds = f.Evaluation("tumbler", f.tumbles);
@@ -204,10 +200,14 @@ TEST(TeacherChoice, ByEvaluationComparesEqualStartsOfTheSameLibrary) {
   for (const auto& [evaluation, message] : cases) {
     const std::string file = f.Write("tumbler.json", evaluation);
 
-    EXPECT_THAT(ChooseByEvaluation(f.two, {walker, file}, *f.toy.library),
+    EXPECT_THAT(ChooseByEvaluation(f.two, {f.walker, file}, *f.toy.library),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          AllOf(HasSubstr(file), HasSubstr(message))));
   }
+  const std::string file = f.Write("tumbler.json", other_starts);
+  EXPECT_THAT(ChooseByEvaluation(f.two, {f.walker, file}, *f.toy.library),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("what " + f.walker + " has")));
 }
 
 TEST(TeacherChoice, ByEvaluationNamesAFileThatIsNone) {
