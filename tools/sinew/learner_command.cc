@@ -4,10 +4,8 @@
 #include <string>
 
 #include "common/clock.h"
-#include "common/rpc/credentials.h"
 #include "common/status_macros.h"
 #include "tools/sinew/run_flags.h"
-#include "tools/sinew/security_flags.h"
 #include "tools/training/procedure_run.h"
 #include "tools/training/procedure_steps.h"
 #include "tools/training/training_run.h"
@@ -24,7 +22,6 @@ struct LearnerOptions {
   std::string replay;
   std::string checkpoint;
   std::string metrics;
-  rpc::Security security;
 };
 
 absl::Status RunLearner(const LearnerOptions& options, const StopToken& stop) {
@@ -32,7 +29,6 @@ absl::Status RunLearner(const LearnerOptions& options, const StopToken& stop) {
   SINEW_ASSIGN_OR_RETURN(TrainingRun::Options run_options,
                          MakeRunOptions(options.run));
   run_options.listen = options.listen;
-  run_options.security = options.security;
   run_options.replay_address = options.replay;
   run_options.checkpoint_address = options.checkpoint;
   run_options.metrics_address = options.metrics;
@@ -69,7 +65,6 @@ void AddLearnerCommand(CLI::App& app, Action& action) {
                       "default: in the run directory");
   command->add_option("--metrics", options->metrics,
                       "HOST:PORT for Prometheus; default: none");
-  AddSecurityFlags(*command, options->security);
 }
 
 }  // namespace sinew::tools

@@ -5,6 +5,7 @@
 #include "common/cpu.h"
 #include "common/status_macros.h"
 #include "tools/sinew/resources.h"
+#include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
 
@@ -56,6 +57,7 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");
   command.add_option("--set", flags.set, "path=value in the recipe");
+  AddSecurityFlags(command, flags.security);
 }
 
 int ThreadsOf(const RunFlags& flags) {
@@ -80,6 +82,7 @@ absl::StatusOr<TrainingRun::Options> MakeRunOptions(const RunFlags& flags) {
   options.migrate_library = flags.migrate_library;
   options.minutes = flags.minutes;
   options.iterations = flags.iterations;
+  options.security = flags.security;
   options.cores = options.ranks = ThreadsOf(flags);
   return options;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "common/rpc/credentials.h"
 #include "tools/training/training_run.h"
 
 namespace sinew::tools {
@@ -31,6 +32,7 @@ struct RunFlags {
   double teacher_timeout = 30;    // seconds
   bool migrate_library = false;
   std::vector<std::string> set;
+  rpc::Security security;  // towards roles elsewhere
 };
 
 // Adds the flags to a command; `flags` outlives the parsing.
