@@ -245,9 +245,12 @@ SetSummary Trainer::SummariseDrawn(
   return SummariseEvaluation(results, others).training;
 }
 
-// A policy that stands still is no sign of a plateau.
+// A policy that stands still is no sign of a plateau: the snapshot that an
+// iteration begins with is as many updates old, and those of the warm-up leave
+// the policy alone.
 bool Trainer::PolicyHadLearnt(int64_t iteration) const {
-  return iteration >= options_.recipe.ppo().value_warmup_iterations();
+  const int64_t warmup = options_.recipe.ppo().value_warmup_iterations();
+  return warmup == 0 || iteration > warmup;
 }
 
 // What starts are not drawn from decides nothing.

@@ -58,14 +58,18 @@ TEST(TrainerPlateau, LetsThePolicySettleFirst) {
 
 // Those of snapshots 2 and 4, which is what the policy was, count for nothing.
 TEST(TrainerPlateau, IsLookedForOnceThePolicyLearns) {
-  Rig run(
-      MakeRecipe(absl::StrCat(kPlateau, "ppo { value_warmup_iterations: 5 }")));
+  for (const int warmup : {4, 5}) {
+    Rig run(MakeRecipe(absl::StrCat(
+        kPlateau, "ppo { value_warmup_iterations: ", warmup, " }")));
 
-  for (int64_t iteration = 1; iteration <= 11; ++iteration) {
-    const IterationReport report = run.Iterate();
+    for (int64_t iteration = 1; iteration <= 11; ++iteration) {
+      const IterationReport report = run.Iterate();
 
-    EXPECT_EQ(run.trainer->plateau_ends_it(), iteration == 11) << iteration;
-    EXPECT_EQ(report.plateau->best_share(), iteration < 7 ? 0 : 1) << iteration;
+      EXPECT_EQ(run.trainer->plateau_ends_it(), iteration == 11)
+          << iteration << ", " << warmup;
+      EXPECT_EQ(report.plateau->best_share(), iteration < 7 ? 0 : 1)
+          << iteration << ", " << warmup;
+    }
   }
 }
 
