@@ -74,7 +74,8 @@ bool StateIsFinite(const v1::EnvironmentState& state) {
   };
   return finite(state.physics()) && finite(state.previous_target()) &&
          std::isfinite(state.episode_return()) &&
-         std::isfinite(state.episode_error());
+         std::isfinite(state.episode_error()) &&
+         std::isfinite(state.goal_distance());
 }
 
 // Everything outside the columns; nullopt: finite.
@@ -111,6 +112,42 @@ bool ColumnsAreFinite(const v1::Segment& segment) {
   return true;
 }
 
+// What the learner finds its statistics by; nullopt: it can.
+template <typename Items>
+std::optional<std::string> WrongPlace(absl::string_view field, int clips,
+                                      const Items& items) {
+  for (int i = 0; i < items.size(); ++i) {
+    const int clip = items[i].clip();
+    if (clips > 0 && (clip < 0 || clip >= clips)) {
+      return absl::StrCat(field, "[", i, "].clip: expected 0 to ", clips - 1,
+                          ", found ", clip);
+    }
+    if (items[i].start_frame() < 0) {
+      return absl::StrCat(field, "[", i, "].start_frame: expected >= 0, found ",
+                          items[i].start_frame());
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> WrongPlaces(int clips, const v1::Segment& segment) {
+  if (auto text = WrongPlace("end_states", clips, segment.end_states())) {
+    return text;
+  }
+  if (auto text = WrongPlace("episodes", clips, segment.episodes())) {
+    return text;
+  }
+  if (auto text = WrongPlace("results", clips, segment.results())) return text;
+  for (int i = 0; i < segment.episodes_size(); ++i) {
+    const int steps = segment.episodes(i).steps();
+    if (steps < 1 || steps > kMaxFactor) {
+      return absl::StrCat("episodes[", i, "].steps: expected 1 to 2^20, found ",
+                          steps);
+    }
+  }
+  return std::nullopt;
+}
+
 // The copied fields; nullopt: as expected.
 std::optional<std::string> WrongKey(const Expectation& expectation,
                                     const v1::Segment& segment) {
@@ -126,11 +163,14 @@ std::optional<std::string> WrongKey(const Expectation& expectation,
           Differs("iteration", expected.iteration(), segment.iteration())) {
     return text;
   }
-  if (expected.steps() > 0) {
-    return Differs("number of end_states", expected.environments(),
-                   segment.end_states_size());
+  const bool training = expected.steps() > 0;
+  if (auto text = Differs("number of end_states",
+                          training ? expected.environments() : 0,
+                          segment.end_states_size())) {
+    return text;
   }
-  return std::nullopt;
+  return Differs("number of results", training ? 0 : expected.environments(),
+                 segment.results_size());
 }
 
 std::optional<std::string> WrongSnapshot(
@@ -169,6 +209,9 @@ absl::Status CheckExpectation(const Expectation& expectation) {
   }
   if (expected.steps() < 0 || expected.steps() > kMaxFactor) {
     return OutOfRange(expectation, "steps", "0 to 2^20", expected.steps());
+  }
+  if (expected.clips() < 0) {
+    return OutOfRange(expectation, "clips", ">= 0", expected.clips());
   }
   if (!IsSha256Hex(expected.snapshot_sha256())) {
     return absl::InvalidArgumentError(
@@ -222,6 +265,9 @@ Response Judge(const Expectation& expectation, absl::string_view bytes,
                                " bytes that do not parse"));
   }
   if (const auto detail = WrongKey(expectation, segment)) {
+    return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
+  }
+  if (const auto detail = WrongPlaces(expectation.expected.clips(), segment)) {
     return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
   }
   if (const auto detail = WrongSnapshot(expectation.expected, segment)) {

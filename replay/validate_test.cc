@@ -114,8 +114,15 @@ TEST(Judge, RefusesNumbersThatAreNotFinite) {
   EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
   EXPECT_THAT(response.detail(), HasSubstr("end_states[1]"));
   response = JudgeChanged([](auto& s) {
-    s.add_episodes()->set_episode_return(
+    s.mutable_end_states(0)->set_goal_distance(
         std::numeric_limits<double>::quiet_NaN());
+  });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_THAT(response.detail(), HasSubstr("end_states[0]"));
+  response = JudgeChanged([](auto& s) {
+    v1::EpisodeEnd& episode = *s.add_episodes();
+    episode.set_steps(1);
+    episode.set_episode_return(std::numeric_limits<double>::quiet_NaN());
   });
   EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
   EXPECT_THAT(response.detail(), HasSubstr("episodes[0]"));
@@ -128,11 +135,63 @@ TEST(Judge, ChecksNoColumnsOfAnEvaluation) {
   v1::Segment segment = MakeSegment(7);
   segment.clear_columns();
   segment.clear_end_states();
-  segment.add_results()->set_frames(5);
+  for (int i = 0; i < kEnvironments; ++i) segment.add_results()->set_frames(5);
   v1::Segment parsed;
 
   EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).verdict(),
             Response::VERDICT_ACCEPTED);
+  segment.mutable_results()->RemoveLast();
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
+            "number of results: expected 2, found 1");
+}
+
+TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
+  Expectation expectation = MakeExpectation(7);
+  expectation.expected.set_clips(3);
+  const auto detail = [&](auto change) {
+    v1::Segment segment = MakeSegment(7), parsed;
+    v1::EpisodeEnd& episode = *segment.add_episodes();
+    episode.set_clip(2);
+    episode.set_steps(1);
+    change(segment, episode);
+    const Response response =
+        Judge(expectation, segment.SerializeAsString(), parsed);
+    EXPECT_EQ(response.verdict(), response.detail().empty()
+                                      ? Response::VERDICT_ACCEPTED
+                                      : Response::VERDICT_MALFORMED);
+    return response.detail();
+  };
+
+  EXPECT_EQ(detail([](auto&, auto&) {}), "");
+  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(3); }),
+            "episodes[0].clip: expected 0 to 2, found 3");
+  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(-1); }),
+            "episodes[0].clip: expected 0 to 2, found -1");
+  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_start_frame(-1); }),
+            "episodes[0].start_frame: expected >= 0, found -1");
+  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_steps(0); }),
+            "episodes[0].steps: expected 1 to 2^20, found 0");
+  EXPECT_EQ(detail([](auto& segment, auto&) {
+              segment.mutable_end_states(1)->set_clip(7);
+            }),
+            "end_states[1].clip: expected 0 to 2, found 7");
+  expectation.expected.set_clips(0);  // a learner of old
+  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(3); }), "");
+}
+
+TEST(Judge, RefusesAResultOfAClipThatIsNotThere) {
+  Expectation expectation = MakeExpectation(7);
+  expectation.expected.set_steps(0);
+  expectation.expected.set_environments(1);
+  expectation.expected.set_clips(3);
+  expectation.layout = nullptr;
+  v1::Segment segment = MakeSegment(7), parsed;
+  segment.clear_columns();
+  segment.clear_end_states();
+  segment.add_results()->set_clip(3);
+
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
+            "results[0].clip: expected 0 to 2, found 3");
 }
 
 TEST(Judge, SurvivesEveryTruncationAndBitFlip) {
@@ -163,6 +222,9 @@ TEST(CheckExpectation, NamesTheFieldThatIsWrong) {
   wrong = MakeExpectation(7);
   wrong.expected.set_steps(-1);
   EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("steps")));
+  wrong = MakeExpectation(7);
+  wrong.expected.set_clips(-1);
+  EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("clips")));
   wrong = MakeExpectation(7);
   wrong.expected.set_snapshot_sha256("no");
   EXPECT_THAT(CheckExpectation(wrong),

@@ -15,8 +15,9 @@ namespace {
 // How often replay may forget the orders within one Take.
 constexpr int kMaxReopened = 20;
 
-v1::OpenRequest::Expected ExpectedOf(const v1::Order& order) {
+v1::OpenRequest::Expected ExpectedOf(const v1::Order& order, int num_clips) {
   v1::OpenRequest::Expected expected;
+  expected.set_clips(num_clips);
   expected.set_order_id(order.order_id());
   expected.set_iteration(order.iteration());
   expected.set_snapshot_version(order.snapshot_version());
@@ -65,7 +66,7 @@ absl::Status ServiceExperience::Open(const std::vector<v1::Order>& orders,
   request.set_reset(reset);
   *request.mutable_layout() = options_.layout;
   for (const v1::Order& order : orders) {
-    *request.add_expected() = ExpectedOf(order);
+    *request.add_expected() = ExpectedOf(order, options_.num_clips);
   }
   return replay_.Open(request);
 }

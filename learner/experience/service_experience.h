@@ -47,6 +47,8 @@ class ServiceExperience final : public Experience {
     std::string run_id;
     // Columns of training segments, as orders' layout_sha256 names them.
     v1::SegmentLayout layout;
+    // Of the library, for replay to refuse what names another.
+    int num_clips = 0;
     // Where actors find the dispatcher; for messages.
     std::string address;
     // Between two looks at `check`.
