@@ -55,6 +55,11 @@ struct Tracked {
   std::vector<float> latent;  // of the steps that led to them
 };
 
+int64_t NumTransitions(const Tracked& tracked, const mjModel* model) {
+  const auto frames = static_cast<int64_t>(tracked.qpos.size()) / model->nq;
+  return std::max<int64_t>(0, frames - 1);
+}
+
 std::vector<float> StatesOf(const Sampler& sampler, const Tracked& tracked,
                             mjData* data, world::BodyState* state) {
   const mjModel* model = sampler.law().character().model();
@@ -155,7 +160,11 @@ absl::Status AddStudent(const Sampler& sampler,
             own.latent.insert(own.latent.end(), latent.begin(), latent.end());
           })
           .status());
-  metrics::TransitionSet set(sampler.num_features(), transitions->all, most);
+  for (const Tracked& own : tracked) {
+    transitions->student_all += NumTransitions(own, model);
+  }
+  metrics::TransitionSet set(sampler.num_features(), transitions->student_all,
+                             most);
   const character::DataPtr data(mj_makeData(model));
   world::BodyState state(sampler.law().num_bodies(),
                          sampler.law().num_joints());

@@ -29,6 +29,7 @@ struct LibraryTransitions {
   // for, and how the latent moves meanwhile: its encoder's means, whose
   // consecutive ones a distillation holds together.
   std::optional<metrics::TransitionMatch> student = std::nullopt;
+  int64_t student_all = 0;  // its transitions before thinning
   metrics::LatentContinuity student_latent = {};
 };
 

@@ -187,7 +187,7 @@ std::string SamplingJson(const SamplingSource& source,
       json["student"] = TransitionsObject(
           metrics::SummariseMatch(*library->student, source.features,
                                   source.threshold),
-          static_cast<int64_t>(library->student->generated_distance.size()));
+          library->student_all);
       json["student"]["coverage_by_threshold"] =
           Curve(CoverageCurve(*library->student));
       json["student"]["latent_mean"] = LatentObject(library->student_latent);

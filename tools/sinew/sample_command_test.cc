@@ -92,6 +92,21 @@ TEST(Sample, MeasuresEachScaleOfTheNoiseBesideNone) {
   EXPECT_GT(noisy["latent"]["step"], json["ways"][1]["latent"]["step"]);
 }
 
+TEST(Sample, ThinsWhatTheStudentDoesAsItThinsTheLibrary) {
+  const Toy toy;
+  const std::string flags = "--seconds 0.5 --count 2 --student";
+  ASSERT_THAT(Sample(toy.WithMotions(flags)), IsOk());
+  const Json all = toy.Read()["student"];
+  ASSERT_GT(all["generated_all"], 5);
+  EXPECT_EQ(all["generated"], all["generated_all"]);
+
+  ASSERT_THAT(Sample(toy.WithMotions(flags + " --transitions 5")), IsOk());
+
+  const Json some = toy.Read()["student"];
+  EXPECT_EQ(some["generated"], 5);
+  EXPECT_EQ(some["generated_all"], all["generated_all"]);
+}
+
 TEST(Sample, WritesTheSameFileForAnyNumberOfThreads) {
   const Toy toy;
   const std::string flags = "--seconds 0.3 --count 20 ";
@@ -210,7 +225,8 @@ TEST(Sample, NamesWhatIsNotThere) {
 
   EXPECT_THAT(Sample("--bundle " + toy.bundle + " --out /nowhere/s.json"),
               StatusIs(absl::StatusCode::kNotFound,
-                       HasSubstr("--out: expected a folder /nowhere")));
+                       HasSubstr("/nowhere/s.json: expected a folder "
+                                 "/nowhere")));
 
   EXPECT_THAT(Sample("--bundle /nowhere --out " + toy.out),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
