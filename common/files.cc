@@ -155,6 +155,18 @@ absl::Status WriteFileAtomically(const std::string& path,
   return SyncFolder(FolderOf(path));
 }
 
+absl::Status CheckFolderOf(const std::string& path) {
+  const std::string folder = FolderOf(path);
+  std::error_code error;
+  if (std::filesystem::is_directory(folder, error)) return absl::OkStatus();
+  if (FileExists(folder)) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        path, ": expected ", folder, " to be a folder, found something else"));
+  }
+  return absl::NotFoundError(absl::StrCat(path, ": expected a folder ", folder,
+                                          " to write it in, found none"));
+}
+
 bool IsTemporaryName(absl::string_view name) {
   return name.find(kTemporaryMark) != absl::string_view::npos;
 }

@@ -28,6 +28,10 @@ absl::StatusOr<std::string> ReadFile(const std::string& path,
 absl::Status WriteFileAtomically(const std::string& path,
                                  absl::string_view content);
 
+// Before long work whose result WriteFileAtomically(path) will keep: whether
+// the folder is there. NOT_FOUND, FAILED_PRECONDITION (not a folder).
+absl::Status CheckFolderOf(const std::string& path);
+
 // True for names that WriteFileAtomically gives its temporary files.
 bool IsTemporaryName(absl::string_view name);
 

@@ -132,6 +132,20 @@ TEST(WriteFileAtomically, NeedsTheFolder) {
       StatusIs(absl::StatusCode::kNotFound, HasSubstr("cannot create")));
 }
 
+TEST(CheckFolderOf, SaysWhereAFileCouldNotBeWritten) {
+  const std::string folder = MakeFolder();
+  ASSERT_THAT(WriteFileAtomically(JoinPath(folder, "f"), "x"), IsOk());
+
+  EXPECT_THAT(CheckFolderOf("here"), IsOk());
+  EXPECT_THAT(CheckFolderOf(JoinPath(folder, "new")), IsOk());
+  EXPECT_THAT(
+      CheckFolderOf(JoinPath(folder, "no/new")),
+      StatusIs(absl::StatusCode::kNotFound, HasSubstr(JoinPath(folder, "no"))));
+  EXPECT_THAT(CheckFolderOf(JoinPath(folder, "f/new")),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("expected " + JoinPath(folder, "f"))));
+}
+
 TEST(WriteFileAtomically, LeavesOneWholeContentWhenManyWriteAtOnce) {
   const std::string folder = MakeFolder();
   const std::string path = JoinPath(folder, "f");

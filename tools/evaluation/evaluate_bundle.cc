@@ -16,6 +16,7 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
     const std::string& bundle, const std::string& motions,
     const std::string& out, const EvaluationOptions& options,
     const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(CheckFolderOf(out));
   if (options.fallen) {
     SINEW_RETURN_IF_ERROR(CheckFallenStarts(*options.fallen));
   }

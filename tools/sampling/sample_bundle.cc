@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -66,15 +65,6 @@ absl::Status CheckOptions(const SamplingOptions& options) {
   return absl::OkStatus();
 }
 
-// Before minutes of computing: whether the folder of a file is there.
-absl::Status CheckParent(absl::string_view flag, const std::string& file) {
-  const std::string parent = std::filesystem::path(file).parent_path().string();
-  if (parent.empty() || FileExists(parent)) return absl::OkStatus();
-  return absl::NotFoundError(absl::StrCat("--", flag, ": expected a folder ",
-                                          parent, " for ", file,
-                                          ", found none"));
-}
-
 // One call of SampleBundle.
 class Sampling {
  public:
@@ -83,8 +73,8 @@ class Sampling {
 
   absl::StatusOr<SamplingResult> Run() {
     SINEW_RETURN_IF_ERROR(CheckOptions(options_));
-    SINEW_RETURN_IF_ERROR(CheckParent("out", options_.out));
-    SINEW_RETURN_IF_ERROR(CheckParent("page", options_.page));
+    SINEW_RETURN_IF_ERROR(CheckFolderOf(options_.out));
+    SINEW_RETURN_IF_ERROR(CheckFolderOf(options_.page));
     SINEW_RETURN_IF_ERROR(Load());
     SINEW_RETURN_IF_ERROR(MakeOrder());
     if (library_ != nullptr) SINEW_RETURN_IF_ERROR(Compare());

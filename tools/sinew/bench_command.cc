@@ -275,6 +275,7 @@ absl::StatusOr<Json> TeacherSection(const actor::RolloutAssets& assets) {
 
 absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
+  SINEW_RETURN_IF_ERROR(CheckFolderOf(options.out));
   SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe,
                          LoadRecipe(options.recipe, {}));
   SINEW_ASSIGN_OR_RETURN(

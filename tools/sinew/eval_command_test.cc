@@ -73,6 +73,10 @@ TEST(EvalCommand, NamesTheFlagThatIsMissing) {
   EXPECT_THAT(Eval("--table o.json"),
               StatusIs(kInvalid, HasSubstr("expected NAME=FILE")));
   EXPECT_THAT(
+      Eval("--bundle b --motions m --out /nowhere/o.json"),
+      StatusIs(absl::StatusCode::kNotFound,
+               HasSubstr("/nowhere/o.json: expected a folder /nowhere")));
+  EXPECT_THAT(
       Eval("--table a=/nowhere/o.json"),
       StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere/o.json")));
 }
