@@ -80,7 +80,9 @@ absl::Status WriteBundle(const BundleContent& content,
                          const std::string& directory);
 
 // The recipe that a bundle was trained with, as far as acting and evaluating
-// need it (physics, task), defaults filled: for world::TrackingTask::Create.
+// need it (physics, task, when an evaluation fails), defaults filled: for
+// world::TrackingTask::Create. The clips that training drew starts from are
+// left out (task.start.only_clips): what is done with the bundle may use all.
 v1::Recipe TaskRecipe(const v1::BundleManifest& manifest);
 
 }  // namespace sinew::bundle

@@ -51,6 +51,11 @@ absl::Status AddTask(const ContentInputs& inputs, const v1::PolicyGraph& graph,
   *manifest.mutable_task() = recipe.task();
   *manifest.mutable_observation() = recipe.task().observation();
   *manifest.mutable_action() = recipe.task().action();
+  const v1::Recipe usual = TaskRecipe(manifest);
+  if (const double distance = recipe.evaluation().max_mean_body_distance();
+      distance != usual.evaluation().max_mean_body_distance()) {
+    manifest.set_max_mean_body_distance(distance);
+  }
   SINEW_ASSIGN_OR_RETURN(const world::ObservationBuilder observation,
                          world::ObservationBuilder::Create(
                              recipe.task().observation(),
@@ -83,7 +88,9 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
   for (const v1::RunInputs::Source& source : inputs.sources) {
     for (const std::string& clip : source.clips()) add(clip);
     if (!source.has_bundle()) continue;  // the run itself, and its own clips
-    *provenance.add_sources() = source.bundle();
+    v1::BundleSource& named = *provenance.add_sources();
+    named = source.bundle();
+    *named.mutable_labelled_clips() = source.labelled_clips();
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
     // Runs of older versions know a teacher elsewhere by its digest alone.

@@ -97,8 +97,13 @@ v1::Recipe TaskRecipe(const v1::BundleManifest& manifest) {
   recipe.set_format_version(1);
   *recipe.mutable_physics() = manifest.physics();
   *recipe.mutable_task() = manifest.task();
+  // Which clips training drew starts from says nothing of other uses.
+  recipe.mutable_task()->mutable_start()->clear_only_clips();
+  recipe.mutable_task()->mutable_start()->clear_other_clips_share();
+  v1::Evaluation& evaluation = *recipe.mutable_evaluation();
+  evaluation.set_max_mean_body_distance(manifest.max_mean_body_distance());
   // Of training alone; there must be one where starts followed evaluations.
-  recipe.mutable_evaluation()->set_interval(1);
+  evaluation.set_interval(1);
   return WithDefaults(std::move(recipe));
 }
 

@@ -84,7 +84,11 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   provenance.add_clips("run: a studio (CC-BY-4.0)");
   provenance.add_data_licences("CC-BY-4.0");
   const v1::RunInputs::Source source = MakeSource("teacher", teacher);
-  run.SaveInputs({source, source});
+  v1::RunInputs::Source other = source;
+  other.mutable_bundle()->set_manifest_sha256("def");
+  other.add_labelled_clips("sway");
+  other.add_labelled_clips("tumble");
+  run.SaveInputs({source, other});
 
   ASSERT_THAT(run.Export(), IsOk());
 
@@ -94,6 +98,10 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   EXPECT_THAT(made.sources(0),
               EqualsProto("role: \"teacher\" recipe: \"phc_plus\" "
                           "manifest_sha256: \"abc\""));
+  EXPECT_THAT(made.sources(1),
+              EqualsProto("role: \"teacher\" recipe: \"phc_plus\" "
+                          "manifest_sha256: \"def\" "
+                          "labelled_clips: [\"sway\", \"tumble\"]"));
   EXPECT_THAT(made.clips(), ElementsAre("turn: made for tests (Apache-2.0)",
                                         "sway: made for tests (Apache-2.0)",
                                         "tumble: made for tests (Apache-2.0)",

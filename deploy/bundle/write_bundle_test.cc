@@ -112,6 +112,40 @@ TEST(WriteBundle, GivesBackTheRecipeOfItsTask) {
   EXPECT_THAT(recipe.physics(), EqualsProto(Toy().recipe.physics()));
 }
 
+TEST(WriteBundle, LeavesAllClipsToWhatIsDoneWithIt) {
+  BundleContent content = testing::ToyContent(Toy());
+  v1::Start& start = *content.manifest.mutable_task()->mutable_start();
+  start.add_only_clips("sway");
+  start.set_other_clips_share(0.25);
+
+  ASSERT_THAT(WriteBundle(content, TestPath("only")), IsOk());
+
+  const auto bundle = ReadBundle(TestPath("only"));
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(bundle->manifest.task().start().only_clips_size(), 1);
+  EXPECT_THAT(TaskRecipe(bundle->manifest).task(),
+              EqualsProto(Toy().recipe.task()));
+}
+
+TEST(WriteBundle, GivesBackWhenAnEvaluationFails) {
+  BundleContent content = testing::ToyContent(Toy());
+  EXPECT_EQ(TaskRecipe(content.manifest).evaluation().max_mean_body_distance(),
+            0.5);
+  content.manifest.set_max_mean_body_distance(0.25);
+  ASSERT_THAT(WriteBundle(content, TestPath("strict")), IsOk());
+
+  const auto bundle = ReadBundle(TestPath("strict"));
+
+  ASSERT_THAT(bundle, IsOk());
+  EXPECT_EQ(TaskRecipe(bundle->manifest).evaluation().max_mean_body_distance(),
+            0.25);
+  content.manifest.set_max_mean_body_distance(-1);
+  EXPECT_THAT(
+      WriteBundle(content, TestPath("strict")),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("evaluation.max_mean_body_distance: expected")));
+}
+
 // A rule of starts that a recipe may have only beside evaluations.
 TEST(WriteBundle, TakesPoliciesWhoseStartsFollowedEvaluations) {
   for (const v1::Start::Rule rule :

@@ -129,9 +129,10 @@ TEST_F(FallenRecording, IsRecordedBesideAGetUpIfAskedFor) {
 }
 
 TEST_F(FallenRecording, IsRecordedUntilThereIsNothingToGoOnWith) {
-  v1::Recipe recipe = world::testing::ToyRecipe();
-  recipe.mutable_task()->mutable_start()->add_only_clips("sway");
-  Write(recipe, world::testing::ToyClips::kWithGetUp);
+  Write(world::testing::ToyRecipe(), world::testing::ToyClips::kWithGetUp);
+  for (const int other_than_sway : {0, 2}) {
+    world::testing::LeaveOutOnDisk(other_than_sway, motions_);
+  }
   const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
   ASSERT_THAT(loaded, IsOk());
 

@@ -63,6 +63,33 @@ std::string Machine(const CardFacts& facts) {
                       OrUnknown(facts.run.cpu_class));
 }
 
+std::string SourceRow(const v1::BundleSource& source) {
+  std::string role = evaluation::TableCell(source.role());
+  if (const int clips = source.labelled_clips_size(); clips > 0) {
+    absl::StrAppend(&role, " of ", clips, clips == 1 ? " clip" : " clips");
+  }
+  return absl::StrCat("| ", role, " | ", OrUnknown(source.recipe()), ", ",
+                      source.manifest_sha256(), " |\n");
+}
+
+// Which of several teachers labelled which clips.
+std::string LabelledClips(const v1::BundleProvenance& provenance) {
+  std::string text;
+  for (const v1::BundleSource& source : provenance.sources()) {
+    if (source.labelled_clips().empty()) continue;
+    absl::StrAppend(
+        &text, "\n", OrUnknown(source.recipe()), ", ", source.manifest_sha256(),
+        ": ",
+        evaluation::TableCell(absl::StrJoin(source.labelled_clips(), ", ")),
+        ".\n");
+  }
+  if (text.empty()) return text;
+  return absl::StrCat(
+      "\n<details><summary>Which teacher labelled what"
+      "</summary>\n",
+      text, "\n</details>\n");
+}
+
 std::string TrainingChapter(const CardFacts& facts) {
   const v1::BundleProvenance& provenance = facts.bundle.manifest.provenance();
   std::string text = absl::StrFormat(
@@ -74,10 +101,9 @@ std::string TrainingChapter(const CardFacts& facts) {
       facts.run.seed, facts.run.samples, facts.run.train_seconds / 3600,
       provenance.iterations(), Machine(facts), OrUnknown(provenance.build()));
   for (const v1::BundleSource& source : provenance.sources()) {
-    absl::StrAppend(&text, "| ", evaluation::TableCell(source.role()), " | ",
-                    OrUnknown(source.recipe()), ", ", source.manifest_sha256(),
-                    " |\n");
+    absl::StrAppend(&text, SourceRow(source));
   }
+  absl::StrAppend(&text, LabelledClips(provenance));
   if (facts.run.decisions.empty()) return text;
   absl::StrAppend(&text, "\nIts procedure, in its own words:\n\n");
   for (const std::string& decision : facts.run.decisions) {

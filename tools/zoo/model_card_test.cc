@@ -5,6 +5,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -191,6 +192,31 @@ TEST_F(ModelCardTest, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
                            HasSubstr("double mean[6], std[6];"),
                            HasSubstr("sinew_decode(policy, &state, mean, 6, "
                                      "target);")));
+}
+
+TEST_F(ModelCardTest, SaysWhichOfSeveralTeachersLabelledWhat) {
+  bundle::BundleContent content = bundle::testing::ToyContent(toy_);
+  v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
+  for (const std::vector<std::string>& labelled :
+       std::vector<std::vector<std::string>>{
+           {"turn"}, {"sway", "tumble"}, {}}) {
+    v1::BundleSource* teacher = provenance.add_sources();
+    teacher->set_role("teacher");
+    teacher->set_recipe("track_library");
+    teacher->set_manifest_sha256(absl::StrCat("abc", labelled.size()));
+    teacher->mutable_labelled_clips()->Add(labelled.begin(), labelled.end());
+  }
+  ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card,
+              AllOf(HasSubstr("| teacher of 1 clip | track_library, abc1 |\n"
+                              "| teacher of 2 clips | track_library, abc2 |\n"
+                              "| teacher | track_library, abc0 |\n"),
+                    HasSubstr("\ntrack_library, abc1: turn.\n\ntrack_library, "
+                              "abc2: sway, tumble.\n\n</details>\n")));
 }
 
 TEST_F(ModelCardTest, SaysWhatTheClipsWereToTraining) {
