@@ -149,6 +149,7 @@ TEST(RunReplay, EndsWhenAskedTo) {
 
 // Evaluation segments: of any size up to their order's bound.
 constexpr int kSegments = 48;
+constexpr int kStarts = 80;
 constexpr int64_t kSegmentBytes = 1 << 20;
 
 std::string MakeLargeSegmentBytes(int64_t order_id) {
@@ -158,6 +159,7 @@ std::string MakeLargeSegmentBytes(int64_t order_id) {
   segment.clear_end_states();
   auto* numbers = segment.add_results()->mutable_sum_body_mm();
   numbers->Resize(kSegmentBytes / sizeof(double), 0.5);
+  while (segment.results_size() < kStarts) segment.add_results();
   return segment.SerializeAsString();
 }
 
@@ -170,7 +172,7 @@ v1::OpenRequest MakeLargeOpen() {
     expected = MakeExpected(id);
     expected.set_iteration(id);  // each iteration fits alone
     expected.set_steps(0);
-    expected.set_environments(80);
+    expected.set_environments(kStarts);
   }
   return request;
 }

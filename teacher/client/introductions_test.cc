@@ -23,6 +23,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using testing::AwaitCancellation;
 using testing::FakeTeacher;
 using ::testing::HasSubstr;
@@ -194,12 +195,14 @@ TEST_F(IntroductionsTest, NamesPeersThatNeverAnswer) {
                        AllOf(HasSubstr("no teacher answered within 200ms"),
                              HasSubstr(options_.addresses[0]))));
 
+  // A machine that does much else may not even refuse in time.
   options_.addresses = {folder_.Address("nobody"), folder_.Address("none")};
+  const auto names =
+      AllOf(HasSubstr("no answer within 200ms"),
+            HasSubstr(options_.addresses[0]), HasSubstr(options_.addresses[1]));
   EXPECT_THAT(ConnectAnnotator(options_),
-              StatusIs(absl::StatusCode::kUnavailable,
-                       AllOf(HasSubstr("no answer within 200ms"),
-                             HasSubstr(options_.addresses[0]),
-                             HasSubstr(options_.addresses[1]))));
+              AnyOf(StatusIs(absl::StatusCode::kUnavailable, names),
+                    StatusIs(absl::StatusCode::kDeadlineExceeded, names)));
 }
 
 TEST_F(IntroductionsTest, ConnectsWithinItsPatienceHoweverLongACallMayBe) {
