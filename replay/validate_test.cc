@@ -143,6 +143,17 @@ TEST(Judge, ChecksNoColumnsOfAnEvaluation) {
   segment.mutable_results()->RemoveLast();
   EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
             "number of results: expected 2, found 1");
+  segment.add_results();
+  segment.add_end_states();
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
+            "number of end_states: expected 0, found 1");
+}
+
+TEST(Judge, RefusesResultsThatNoEvaluationAskedFor) {
+  const Response response = JudgeChanged([](auto& s) { s.add_results(); });
+
+  EXPECT_EQ(response.verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(response.detail(), "number of results: expected 0, found 1");
 }
 
 TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
@@ -170,7 +181,7 @@ TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
   EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_start_frame(-1); }),
             "episodes[0].start_frame: expected >= 0, found -1");
   EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_steps(0); }),
-            "episodes[0].steps: expected 1 to 2^20, found 0");
+            "episodes[0].steps: expected >= 1, found 0");
   EXPECT_EQ(detail([](auto& segment, auto&) {
               segment.mutable_end_states(1)->set_clip(7);
             }),

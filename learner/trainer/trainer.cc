@@ -249,8 +249,7 @@ SetSummary Trainer::SummariseDrawn(
 // iteration begins with is as many updates old, and those of the warm-up leave
 // the policy alone.
 bool Trainer::PolicyHadLearnt(int64_t iteration) const {
-  const int64_t warmup = options_.recipe.ppo().value_warmup_iterations();
-  return warmup == 0 || iteration > warmup;
+  return iteration > options_.recipe.ppo().value_warmup_iterations();
 }
 
 // What starts are not drawn from decides nothing.
