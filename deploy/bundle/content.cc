@@ -90,7 +90,9 @@ void AddData(const ContentInputs& inputs, v1::BundleProvenance& provenance) {
     if (!source.has_bundle()) continue;  // the run itself, and its own clips
     v1::BundleSource& named = *provenance.add_sources();
     named = source.bundle();
-    *named.mutable_labelled_clips() = source.labelled_clips();
+    if (!source.labelled_clips().empty()) {
+      *named.mutable_labelled()->mutable_clips() = source.labelled_clips();
+    }
     licences.insert(source.data_licences().begin(),
                     source.data_licences().end());
     // Runs of older versions know a teacher elsewhere by its digest alone.

@@ -101,7 +101,9 @@ v1::Recipe TaskRecipe(const v1::BundleManifest& manifest) {
   recipe.mutable_task()->mutable_start()->clear_only_clips();
   recipe.mutable_task()->mutable_start()->clear_other_clips_share();
   v1::Evaluation& evaluation = *recipe.mutable_evaluation();
-  evaluation.set_max_mean_body_distance(manifest.max_mean_body_distance());
+  if (manifest.has_max_mean_body_distance()) {
+    evaluation.set_max_mean_body_distance(manifest.max_mean_body_distance());
+  }
   // Of training alone; there must be one where starts followed evaluations.
   evaluation.set_interval(1);
   return WithDefaults(std::move(recipe));

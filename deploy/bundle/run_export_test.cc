@@ -101,7 +101,7 @@ TEST(ExportRun, NamesTheBundlesItWasMadeFromAndWhatTheyWereTrainedOn) {
   EXPECT_THAT(made.sources(1),
               EqualsProto("role: \"teacher\" recipe: \"phc_plus\" "
                           "manifest_sha256: \"def\" "
-                          "labelled_clips: [\"sway\", \"tumble\"]"));
+                          "labelled { clips: [\"sway\", \"tumble\"] }"));
   EXPECT_THAT(made.clips(), ElementsAre("turn: made for tests (Apache-2.0)",
                                         "sway: made for tests (Apache-2.0)",
                                         "tumble: made for tests (Apache-2.0)",

@@ -128,10 +128,14 @@ TEST(WriteBundle, LeavesAllClipsToWhatIsDoneWithIt) {
 }
 
 TEST(WriteBundle, GivesBackWhenAnEvaluationFails) {
-  BundleContent content = testing::ToyContent(Toy());
-  EXPECT_EQ(TaskRecipe(content.manifest).evaluation().max_mean_body_distance(),
+  const BundleContent usual = testing::ToyContent(Toy());
+  EXPECT_FALSE(usual.manifest.has_max_mean_body_distance());
+  EXPECT_EQ(TaskRecipe(usual.manifest).evaluation().max_mean_body_distance(),
             0.5);
-  content.manifest.set_max_mean_body_distance(0.25);
+  v1::Recipe recipe = Toy().recipe;
+  recipe.mutable_evaluation()->set_max_mean_body_distance(0.25);
+  BundleContent content =
+      testing::ToyContent(world::testing::MakeToyWorld(recipe));
   ASSERT_THAT(WriteBundle(content, TestPath("strict")), IsOk());
 
   const auto bundle = ReadBundle(TestPath("strict"));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "common/config/recipe.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
 #include "sim/character/character.h"
@@ -12,13 +13,18 @@
 
 namespace sinew::evaluation {
 
-absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
-                                                const std::string& motions,
-                                                int fallen_starts) {
+absl::StatusOr<BundleSubject> LoadBundleSubject(
+    const std::string& bundle, const std::string& motions, int fallen_starts,
+    std::optional<double> max_mean_body_distance) {
   SINEW_ASSIGN_OR_RETURN(bundle::Bundle read, bundle::ReadBundle(bundle));
   SINEW_ASSIGN_OR_RETURN(auto library, motion::Library::Load(motions));
   SINEW_RETURN_IF_ERROR(library->Verify());
-  const v1::Recipe recipe = bundle::TaskRecipe(read.manifest);
+  v1::Recipe recipe = bundle::TaskRecipe(read.manifest);
+  if (max_mean_body_distance) {
+    recipe.mutable_evaluation()->set_max_mean_body_distance(
+        *max_mean_body_distance);
+    SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
+  }
   SINEW_ASSIGN_OR_RETURN(
       auto character,
       character::Character::Load(read.character_file(), recipe.physics()));

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_EVALUATION_BUNDLE_SUBJECT_H_
 #define SINEW_TOOLS_EVALUATION_BUNDLE_SUBJECT_H_
 
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -15,12 +16,14 @@ struct BundleSubject {
 };
 
 // A bundle's policy on a library's clips, with so many fallen states
-// (MakeFallenStates); 0: none. Blocks on the disk. Errors: those of ReadBundle
-// and Library::Load; INVALID_ARGUMENT naming the library, the field, expected
-// and found, if the clips are of another character or rate.
-absl::StatusOr<BundleSubject> LoadBundleSubject(const std::string& bundle,
-                                                const std::string& motions,
-                                                int fallen_starts = 0);
+// (MakeFallenStates); 0: none. A start fails beyond that mean distance of the
+// bodies, m; unset: the bundle's own. Blocks on the disk. Errors: those of
+// ReadBundle and Library::Load; INVALID_ARGUMENT naming the library, the field,
+// expected and found, if the clips are of another character or rate.
+absl::StatusOr<BundleSubject> LoadBundleSubject(
+    const std::string& bundle, const std::string& motions,
+    int fallen_starts = 0,
+    std::optional<double> max_mean_body_distance = std::nullopt);
 
 }  // namespace sinew::evaluation
 

@@ -22,7 +22,8 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
   }
   SINEW_ASSIGN_OR_RETURN(
       const BundleSubject loaded,
-      LoadBundleSubject(bundle, motions, options.fallen.value_or(0)));
+      LoadBundleSubject(bundle, motions, options.fallen.value_or(0),
+                        options.max_mean_body_distance));
   std::optional<FallenEvaluation> fallen;
   if (options.fallen) {  // before what takes long: a library may not be fit
     SINEW_ASSIGN_OR_RETURN(

@@ -21,6 +21,9 @@ struct EvaluationOptions {
   int profiles = 24;
   // Of EvaluateBundle: so many fallen starts as well (fallen_figures.h).
   std::optional<int> fallen = std::nullopt;
+  // Of EvaluateBundle: a start fails beyond this mean distance of the bodies,
+  // m; unset: the bundle's own.
+  std::optional<double> max_mean_body_distance = std::nullopt;
 };
 
 struct Evaluation {

@@ -1,6 +1,7 @@
 #include "tools/promotion/promote_bundle.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,6 +10,7 @@
 #include "common/status_context.h"
 #include "common/status_macros.h"
 #include "common/temporary_folder.h"
+#include "deploy/bundle/bundle.h"
 #include "deploy/checkpoint/folder_files.h"
 #include "deploy/checkpoint/stable_bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
@@ -20,15 +22,18 @@ namespace {
 
 constexpr size_t kDigits = 16;
 
-// A bundle's files, read from a folder of their own.
+// A bundle's files, read from a folder of their own; the distance as
+// LoadBundleSubject has it.
 absl::StatusOr<evaluation::BundleSubject> Load(
     const std::string& what, const checkpoint::ArtifactFiles& files,
-    const PromotionOptions& options) {
+    const PromotionOptions& options,
+    std::optional<double> max_mean_body_distance = std::nullopt) {
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TemporaryFolder> scratch,
                          TemporaryFolder::Create());
   const std::string folder = JoinPath(scratch->path(), "bundle");
   SINEW_RETURN_IF_ERROR(checkpoint::WriteFolder(files, folder));
-  auto loaded = evaluation::LoadBundleSubject(folder, options.motions);
+  auto loaded = evaluation::LoadBundleSubject(
+      folder, options.motions, /*fallen_starts=*/0, max_mean_body_distance);
   SINEW_RETURN_IF_ERROR(WithContext(loaded.status(), what));
   return loaded;
 }
@@ -42,15 +47,19 @@ absl::StatusOr<EvaluationSummary> Evaluate(
   return summary;
 }
 
-// The incumbent, which the candidate can stand for.
+// The incumbent, which the candidate can stand for; starts of both fail at the
+// same distance.
 absl::StatusOr<evaluation::BundleSubject> LoadIncumbent(
     const std::string& what, const Promotion& promotion,
     const v1::BundleManifest& candidate, const PromotionOptions& options,
     checkpoint::ArtifactStore& store) {
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
                          GetFiles(store, promotion.incumbent_id));
-  SINEW_ASSIGN_OR_RETURN(evaluation::BundleSubject incumbent,
-                         Load(what, files, options));
+  SINEW_ASSIGN_OR_RETURN(
+      evaluation::BundleSubject incumbent,
+      Load(
+          what, files, options,
+          bundle::TaskRecipe(candidate).evaluation().max_mean_body_distance()));
   SINEW_RETURN_IF_ERROR(
       WithContext(CheckSuccession(incumbent.manifest, candidate),
                   absl::StrCat(options.bundle, ": cannot follow ", what)));

@@ -36,7 +36,8 @@ struct Promotion {
 //
 //   read the candidate's files and the incumbent's
 //   check that the one can follow the other (succession.h)
-//   evaluate both on the same starts
+//   evaluate both on the same starts, which fail at the candidate's
+//   evaluation.max_mean_body_distance
 //   if the rule holds: put the candidate into the store, move `stable`
 //
 // A candidate that is refused leaves the store as it is. What is evaluated is

@@ -67,8 +67,6 @@ absl::Status CheckSuccession(const v1::BundleManifest& incumbent,
   SINEW_RETURN_IF_ERROR(CheckEqual("task.actuator_model",
                                    before.task().actuator_model(),
                                    after.task().actuator_model()));
-  SINEW_RETURN_IF_ERROR(
-      CheckEqual("evaluation", before.evaluation(), after.evaluation()));
   return CheckEqual("task.randomisation", Evaluated(before), Evaluated(after));
 }
 

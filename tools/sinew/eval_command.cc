@@ -29,6 +29,7 @@ struct EvalOptions {
   int starts = 32;
   int threads = 0;  // 0: all cores
   std::optional<int> fallen;
+  std::optional<double> max_mean_body_distance;
   std::vector<std::string> table;  // NAME=FILE
 };
 
@@ -102,7 +103,8 @@ absl::Status RunEval(const EvalOptions& options, const StopToken& stop) {
           {.starts = options.starts,
            .seconds = options.seconds,
            .threads = options.threads > 0 ? options.threads : AvailableCpus(),
-           .fallen = options.fallen},
+           .fallen = options.fallen,
+           .max_mean_body_distance = options.max_mean_body_distance},
           stop));
   Print("policy", figures.policy.overall);
   if (figures.policy.left_out.clips > 0) {
@@ -135,13 +137,18 @@ void AddEvalCommand(CLI::App& app, Action& action) {
   command->add_option("--fallen", options->fallen,
                       "so many starts on the floor as well, 1 to 1024 (256 is "
                       "the usual figure)");
+  command->add_option("--max-mean-body-distance",
+                      options->max_mean_body_distance,
+                      "metres beyond which a start fails (default: the "
+                      "bundle's, of its recipe)");
   command->add_option("--threads", options->threads, "default: all cores");
   CLI::Option* table =
       command->add_option("--table", options->table,
                           "nothing is evaluated: prints a table of such JSON "
                           "files, NAME=FILE each");
-  for (const char* other : {"--bundle", "--motions", "--out", "--seconds",
-                            "--starts", "--fallen", "--threads"}) {
+  for (const char* other :
+       {"--bundle", "--motions", "--out", "--seconds", "--starts", "--fallen",
+        "--max-mean-body-distance", "--threads"}) {
     table->excludes(command->get_option(other));
   }
 }

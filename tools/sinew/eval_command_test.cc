@@ -21,6 +21,7 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::internal::CaptureStdout;
 using ::testing::internal::GetCapturedStdout;
 
@@ -64,6 +65,34 @@ TEST(EvalCommand, EvaluatesABundleAndTabulatesWhatItFound) {
   ASSERT_THAT(tabulated, IsOk());
   EXPECT_THAT(table, AllOf(HasSubstr("| toy |"), HasSubstr("| again |"),
                            HasSubstr("/4) |")));
+}
+
+TEST(EvalCommand, FailsStartsAtTheDistanceThatItIsTold) {
+  const auto toy = world::testing::MakeToyWorld();
+  const std::string bundle = JoinPath(toy.folder, "bundle");
+  const std::string out = JoinPath(toy.folder, "eval.json");
+  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
+              IsOk());
+  const std::string all =
+      absl::StrCat("--bundle ", bundle, " --motions ", toy.library_folder,
+                   " --out ", out, " --starts 1 --seconds 0.5");
+
+  CaptureStdout();
+  const absl::Status usual = Eval(all);
+  const std::string usually = GetCapturedStdout();
+  CaptureStdout();
+  const absl::Status strict = Eval(all + " --max-mean-body-distance 1e-6");
+  const std::string strictly = GetCapturedStdout();
+
+  ASSERT_THAT(usual, IsOk());
+  EXPECT_THAT(usually, Not(HasSubstr("policy       0 of 3 clips")));
+  ASSERT_THAT(strict, IsOk());
+  EXPECT_THAT(strictly, HasSubstr("policy       0 of 3 clips"));
+  EXPECT_THAT(*ReadFile(out), HasSubstr("\"fall_distance_m\": 1e-06"));
+  EXPECT_THAT(
+      Eval(all + " --max-mean-body-distance 0"),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("evaluation.max_mean_body_distance: expected")));
 }
 
 TEST(EvalCommand, NamesTheFlagThatIsMissing) {

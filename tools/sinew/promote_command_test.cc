@@ -37,13 +37,15 @@ class PromoteCommand : public ::testing::Test {
     Write("bad", 8);
   }
 
-  void Write(const std::string& name, float action) {
+  // `distance`: at which starts of its evaluations fail, m.
+  void Write(const std::string& name, float action, double distance = 0.5) {
     bundle::BundleContent content =
         bundle::testing::ToyContent(toy_, /*gain=*/0.01);
     for (float& bias :
          content.weights.at("policy/mean/bias").mutable_float32()) {
       bias += action;
     }
+    content.manifest.set_max_mean_body_distance(distance);
     EXPECT_THAT(bundle::WriteBundle(content, Path(name)), IsOk());
   }
 
@@ -119,6 +121,16 @@ TEST_F(PromoteCommand, RefusesAWorseOneAndLeavesTheStoreAsItIs) {
   EXPECT_EQ(Alias("bad"), "none");
   // Both are in the table.
   EXPECT_THAT(output_, AllOf(HasSubstr("\ngood "), HasSubstr("\nbad ")));
+}
+
+// Judged each by its own, the one that is stable would win all, this one none.
+TEST_F(PromoteCommand, JudgesBothByTheCandidatesDistance) {
+  Write("strict", 0, 1e-6);
+  ASSERT_THAT(Promote("good"), IsOk());
+
+  EXPECT_THAT(Promote("strict"), IsOk());
+
+  EXPECT_EQ(Alias("stable"), "strict");
 }
 
 TEST_F(PromoteCommand, ToleratesWhatItIsTold) {

@@ -65,7 +65,7 @@ std::string Machine(const CardFacts& facts) {
 
 std::string SourceRow(const v1::BundleSource& source) {
   std::string role = evaluation::TableCell(source.role());
-  if (const int clips = source.labelled_clips_size(); clips > 0) {
+  if (const int clips = source.labelled().clips_size(); clips > 0) {
     absl::StrAppend(&role, " of ", clips, clips == 1 ? " clip" : " clips");
   }
   return absl::StrCat("| ", role, " | ", OrUnknown(source.recipe()), ", ",
@@ -76,12 +76,11 @@ std::string SourceRow(const v1::BundleSource& source) {
 std::string LabelledClips(const v1::BundleProvenance& provenance) {
   std::string text;
   for (const v1::BundleSource& source : provenance.sources()) {
-    if (source.labelled_clips().empty()) continue;
-    absl::StrAppend(
-        &text, "\n", OrUnknown(source.recipe()), ", ", source.manifest_sha256(),
-        ": ",
-        evaluation::TableCell(absl::StrJoin(source.labelled_clips(), ", ")),
-        ".\n");
+    const auto& clips = source.labelled().clips();
+    if (clips.empty()) continue;
+    absl::StrAppend(&text, "\n", OrUnknown(source.recipe()), ", ",
+                    source.manifest_sha256(), ": ",
+                    evaluation::TableCell(absl::StrJoin(clips, ", ")), ".\n");
   }
   if (text.empty()) return text;
   return absl::StrCat(

@@ -197,14 +197,13 @@ TEST_F(ModelCardTest, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
 TEST_F(ModelCardTest, SaysWhichOfSeveralTeachersLabelledWhat) {
   bundle::BundleContent content = bundle::testing::ToyContent(toy_);
   v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
-  for (const std::vector<std::string>& labelled :
-       std::vector<std::vector<std::string>>{
-           {"turn"}, {"sway", "tumble"}, {}}) {
+  using Clips = std::vector<const char*>;
+  for (const Clips& labelled : {Clips{"turn"}, Clips{"sway", "tumble"}, {}}) {
     v1::BundleSource* teacher = provenance.add_sources();
     teacher->set_role("teacher");
     teacher->set_recipe("track_library");
     teacher->set_manifest_sha256(absl::StrCat("abc", labelled.size()));
-    teacher->mutable_labelled_clips()->Add(labelled.begin(), labelled.end());
+    for (auto& clip : labelled) teacher->mutable_labelled()->add_clips(clip);
   }
   ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
 
