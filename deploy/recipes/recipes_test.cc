@@ -40,11 +40,12 @@ TEST_P(RecipesTest, IsValidAndNamedAsItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RecipesTest,
-                         ::testing::Values("distil_experts", "get_up",
+                         ::testing::Values("distil_experts",
+                                           "distil_experts_g1", "get_up",
                                            "latent_rl", "phc_plus",
                                            "phc_plus_g1", "pulse", "pulse_g1",
                                            "pulse_no_bottleneck", "track_clip",
-                                           "track_library"),
+                                           "track_library", "track_library_g1"),
                          [](const auto& info) { return info.param; });
 
 // A student's recipe and the one that its teacher was trained with.
@@ -132,6 +133,29 @@ TEST(StudentsTest, OfExpertsActsAsTrackLibrary) {
   EXPECT_THAT(student.network().policy_hidden(),
               ::testing::ElementsAreArray(library.network().policy_hidden()));
   EXPECT_FALSE(student.network().has_latent());
+}
+
+// Single policies, students and procedures of the G1 are of one world and see
+// the same.
+TEST(G1Test, IsTheSameWorldInEveryRecipe) {
+  const v1::Recipe track = Load("track_library_g1");
+  for (const char* name : {"phc_plus_g1", "pulse_g1", "distil_experts_g1"}) {
+    const v1::Recipe other = Load(name);
+    EXPECT_THAT(other.physics(), EqualsProto(track.physics())) << name;
+    EXPECT_THAT(other.task().randomisation(),
+                EqualsProto(track.task().randomisation()))
+        << name;
+    EXPECT_THAT(other.task().actuator_model(),
+                EqualsProto(track.task().actuator_model()))
+        << name;
+    EXPECT_THAT(other.task().observation(),
+                EqualsProto(track.task().observation()))
+        << name;
+  }
+  const v1::Recipe student = Load("distil_experts_g1");
+  EXPECT_THAT(student.task().action(), EqualsProto(track.task().action()));
+  EXPECT_THAT(student.distillation().teacher_action(),
+              EqualsProto(track.task().action()));
 }
 
 // The lower bound: pulse, but for how it learns.
