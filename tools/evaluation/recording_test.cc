@@ -76,8 +76,11 @@ TEST_F(FallenRecording, IsRecordedBesideAReferenceThatStandsAtFirst) {
   EXPECT_EQ(recording->survived, results->front().success());
 }
 
+// All clips are there for it, also those that training drew no starts from.
 TEST_F(FallenRecording, IsRecordedBesideAGetUpIfAskedFor) {
-  Write(world::testing::ToyRecipe(), world::testing::ToyClips::kWithGetUp);
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  recipe.mutable_task()->mutable_start()->add_only_clips("tumble");
+  Write(recipe, world::testing::ToyClips::kWithGetUp);
   const auto loaded = LoadBundleSubject(bundle_, motions_, 3);
   ASSERT_THAT(loaded, IsOk());
 

@@ -10,9 +10,8 @@
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_bundle.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/evaluation/testing/written_bundle.h"
 
 namespace sinew::tools {
 namespace {
@@ -34,68 +33,59 @@ absl::Status Eval(const std::string& arguments) {
   return action(StopToken());
 }
 
-TEST(EvalCommand, EvaluatesABundleAndTabulatesWhatItFound) {
-  const auto toy = world::testing::MakeToyWorld();
-  const std::string bundle = JoinPath(toy.folder, "bundle");
-  const std::string out = JoinPath(toy.folder, "eval.json");
-  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
-              IsOk());
-  world::testing::LeaveOutOnDisk(2, toy.library_folder);
+class EvalCommand : public evaluation::testing::WrittenBundle {
+ protected:
+  // Of the bundle; what it prints goes to `said`.
+  absl::Status Evaluate(const std::string& more, std::string* said) const {
+    CaptureStdout();
+    const absl::Status status =
+        Eval(absl::StrCat("--bundle ", bundle_, " --motions ", motions_,
+                          " --out ", out_, " --starts 1 --seconds 0.5", more));
+    *said = GetCapturedStdout();
+    return status;
+  }
+};
+
+TEST_F(EvalCommand, EvaluatesABundleAndTabulatesWhatItFound) {
+  Write();
+  world::testing::LeaveOutOnDisk(2, motions_);
   // Of the three clips, and of a fourth that is not among them.
   ASSERT_THAT(
       WriteFileAtomically(
-          JoinPath(toy.library_folder, "report.json"),
+          JoinPath(motions_, "report.json"),
           R"({"clips": [{"status": "ok"}, {"status": "ok"}, {"status": "ok"},
               {"status": "rejected", "frames": 9}]})"),
       IsOk());
 
-  CaptureStdout();
-  const absl::Status evaluated =
-      Eval(absl::StrCat("--bundle ", bundle, " --motions ", toy.library_folder,
-                        " --out ", out, " --starts 1 --seconds 0.5"));
-  const std::string said = GetCapturedStdout();
-
-  ASSERT_THAT(evaluated, IsOk());
+  std::string said;
+  ASSERT_THAT(Evaluate("", &said), IsOk());
   EXPECT_THAT(said, AllOf(HasSubstr("trained on"), HasSubstr("left out"),
                           HasSubstr("of 4 clips")));
   CaptureStdout();
   const absl::Status tabulated =
-      Eval(absl::StrCat("--table toy=", out, " --table again=", out));
+      Eval(absl::StrCat("--table toy=", out_, " --table again=", out_));
   const std::string table = GetCapturedStdout();
   ASSERT_THAT(tabulated, IsOk());
   EXPECT_THAT(table, AllOf(HasSubstr("| toy |"), HasSubstr("| again |"),
                            HasSubstr("/4) |")));
 }
 
-TEST(EvalCommand, FailsStartsAtTheDistanceThatItIsTold) {
-  const auto toy = world::testing::MakeToyWorld();
-  const std::string bundle = JoinPath(toy.folder, "bundle");
-  const std::string out = JoinPath(toy.folder, "eval.json");
-  ASSERT_THAT(bundle::WriteBundle(bundle::testing::ToyContent(toy), bundle),
-              IsOk());
-  const std::string all =
-      absl::StrCat("--bundle ", bundle, " --motions ", toy.library_folder,
-                   " --out ", out, " --starts 1 --seconds 0.5");
+TEST_F(EvalCommand, FailsStartsAtTheDistanceThatItIsTold) {
+  Write();
+  std::string usually, strictly, refused;
 
-  CaptureStdout();
-  const absl::Status usual = Eval(all);
-  const std::string usually = GetCapturedStdout();
-  CaptureStdout();
-  const absl::Status strict = Eval(all + " --max-mean-body-distance 1e-6");
-  const std::string strictly = GetCapturedStdout();
-
-  ASSERT_THAT(usual, IsOk());
+  ASSERT_THAT(Evaluate("", &usually), IsOk());
   EXPECT_THAT(usually, Not(HasSubstr("policy       0 of 3 clips")));
-  ASSERT_THAT(strict, IsOk());
+  ASSERT_THAT(Evaluate(" --max-mean-body-distance 1e-6", &strictly), IsOk());
   EXPECT_THAT(strictly, HasSubstr("policy       0 of 3 clips"));
-  EXPECT_THAT(*ReadFile(out), HasSubstr("\"fall_distance_m\": 1e-06"));
+  EXPECT_THAT(*ReadFile(out_), HasSubstr("\"fall_distance_m\": 1e-06"));
   EXPECT_THAT(
-      Eval(all + " --max-mean-body-distance 0"),
+      Evaluate(" --max-mean-body-distance 0", &refused),
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("evaluation.max_mean_body_distance: expected")));
 }
 
-TEST(EvalCommand, NamesTheFlagThatIsMissing) {
+TEST_F(EvalCommand, NamesTheFlagThatIsMissing) {
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
   EXPECT_THAT(Eval("--bundle b --out o"),
               StatusIs(kInvalid, HasSubstr("--motions")));
@@ -110,7 +100,7 @@ TEST(EvalCommand, NamesTheFlagThatIsMissing) {
       StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere/o.json")));
 }
 
-TEST(EvalCommand, TakesNoOtherFlagBesideATable) {
+TEST_F(EvalCommand, TakesNoOtherFlagBesideATable) {
   EXPECT_THROW(static_cast<void>(Eval("--table a=o.json --bundle b")),
                CLI::ExcludesError);
   EXPECT_THROW(static_cast<void>(Eval("--starts 2 --table a=o.json")),
