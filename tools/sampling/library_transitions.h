@@ -40,7 +40,7 @@ absl::StatusOr<LibraryTransitions> MakeLibraryTransitions(
     const Sampler& sampler, const motion::Library& library, int64_t most,
     const StopToken& stop);
 
-// Adds `student` and `student_latent`: the graph "policy", mean action, tracks
+// Adds what is the student's: the graph "policy", mean action, tracks
 // the clips piece by piece; a piece is at most `seconds` long and ends where
 // the policy fails. Of a piece the states after each step count, not the one
 // that it begins in, which is the library's own: n steps are n - 1 transitions.
