@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "sim/world/tracking_task.h"
 
 namespace sinew::actor {
@@ -23,12 +24,12 @@ struct Environment {
   world::Conditions conditions;
 };
 
-// Checks that `state` fits `task` (sizes, finiteness, ranges) and loads it;
-// `physics` [state_size] is written unless the environment is fresh.
+// Checks `state` (common/segment/state_limits.h) and loads it; `physics`
+// [limits.physics] is written unless the environment is fresh.
 // INVALID_ARGUMENT names "order.states[index]" and the field.
 absl::Status LoadState(const v1::EnvironmentState& state, int index,
-                       const world::TrackingTask& task,
-                       Environment* environment, absl::Span<double> physics);
+                       const v1::StateLimits& limits, Environment* environment,
+                       absl::Span<double> physics);
 
 // The inverse of LoadState.
 void SaveState(const Environment& environment, absl::Span<const double> physics,

@@ -6,6 +6,7 @@
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "sim/world/get_up_frames.h"
+#include "sim/world/start.h"
 
 namespace sinew::actor {
 namespace {
@@ -18,6 +19,21 @@ absl::StatusOr<std::unique_ptr<motion::Library>> LoadLibrary(
   }
   return motion::Library::FromMapped(
       manifest, std::get<std::shared_ptr<const MappedFile>>(frames), kSource);
+}
+
+v1::StateLimits LimitsOf(const world::TrackingTask& task) {
+  v1::StateLimits limits;
+  for (const v1::ClipInfo& clip : task.library().manifest().clips()) {
+    v1::StateLimits::Clip& limit = *limits.add_clips();
+    limit.set_start_frames(static_cast<int32_t>(world::NumStartFrames(clip)));
+    limit.set_loops(clip.loops());
+  }
+  limits.set_physics(task.state_size());
+  limits.set_joints(task.action_width());
+  limits.set_max_episode_steps(task.recipe().task().max_episode_steps());
+  limits.set_recovery_steps(task.recovery().on() ? task.recovery().most_steps()
+                                                 : 0);
+  return limits;
 }
 
 }  // namespace
@@ -64,6 +80,7 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
       assets->task_->observation_width(), assets->task_->action_width(),
       recipe.has_distillation(), RecordedLatentWidth(recipe));
   assets->layout_sha256_ = LayoutSha256(assets->layout_);
+  assets->limits_ = LimitsOf(*assets->task_);
   return assets;
 }
 

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "common/mapped_file.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "sim/character/character.h"
 #include "sim/motion/library.h"
 #include "sim/world/fallen_states.h"
@@ -51,6 +52,8 @@ class RolloutAssets {
   // Columns of a training segment, and the digest of the layout.
   const v1::SegmentLayout& layout() const { return layout_; }
   const std::string& layout_sha256() const { return layout_sha256_; }
+  // What states of environments may hold, end states of segments as well.
+  const v1::StateLimits& limits() const { return limits_; }
 
  private:
   RolloutAssets() = default;
@@ -61,6 +64,7 @@ class RolloutAssets {
   std::unique_ptr<const world::TrackingTask> task_;
   v1::SegmentLayout layout_;
   std::string layout_sha256_;
+  v1::StateLimits limits_;
   mutable absl::once_flag nearest_once_, upright_once_;
   mutable std::unique_ptr<const world::NearestFrames> nearest_frames_,
       upright_frames_;

@@ -46,7 +46,8 @@ class TrainRollout {
     for (int e = 0; e < size_; ++e) {
       Environment& environment = state_.environments[e];
       environment.index = order_.first_environment() + e;
-      SINEW_RETURN_IF_ERROR(LoadState(order_.states(e), e, task_, &environment,
+      SINEW_RETURN_IF_ERROR(LoadState(order_.states(e), e,
+                                      state_.assets->limits(), &environment,
                                       state_.batch.row(e)));
       if (environment.fresh) continue;
       DrawConditions(&environment);

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "common/check.h"
+#include "common/segment/state_limits.h"
 #include "common/status_macros.h"
 
 namespace sinew::replay {
@@ -40,8 +41,7 @@ Table::~Table() {
 }
 
 absl::StatusOr<std::vector<Table::Entry>> Table::MakeEntries(
-    const v1::OpenRequest& request,
-    const std::shared_ptr<const v1::SegmentLayout>& layout) {
+    const v1::OpenRequest& request, const Shared& shared) {
   std::vector<Entry> entries;
   absl::flat_hash_set<int64_t> ids;
   for (const auto& expected : request.expected()) {
@@ -52,7 +52,8 @@ absl::StatusOr<std::vector<Table::Entry>> Table::MakeEntries(
     auto expectation = std::make_shared<Expectation>();
     expectation->run_id = request.run_id();
     expectation->expected = expected;
-    if (expected.steps() > 0) expectation->layout = layout;
+    if (expected.steps() > 0) expectation->layout = shared.layout;
+    expectation->limits = shared.limits;
     SINEW_RETURN_IF_ERROR(CheckExpectation(*expectation));
     const int64_t max_bytes = MaxSegmentBytes(*expectation);
     entries.push_back({std::move(expectation), max_bytes, nullptr, 0});
@@ -107,7 +108,7 @@ void Table::Reset() {
   missing_bytes_.clear();
   taken_order_.clear();
   taken_.clear();
-  layout_ = nullptr;
+  shared_ = {};
   ++generation_;
 }
 
@@ -121,14 +122,22 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
     run_id_ = request.run_id();
   }
   if (request.run_id() != run_id_) return OtherRun(run_id_, request.run_id());
-  std::shared_ptr<const v1::SegmentLayout> layout = layout_;
+  Shared shared = shared_;
   if (request.has_layout()) {
-    layout = std::make_shared<const v1::SegmentLayout>(request.layout());
+    shared.layout = std::make_shared<const v1::SegmentLayout>(request.layout());
+  }
+  if (request.has_limits()) {
+    const absl::Status status = CheckLimits(request.limits());
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("open: ", status.message()));
+    }
+    shared.limits = std::make_shared<const v1::StateLimits>(request.limits());
   }
   SINEW_ASSIGN_OR_RETURN(std::vector<Entry> entries,
-                         MakeEntries(request, layout));
+                         MakeEntries(request, shared));
   SINEW_RETURN_IF_ERROR(CheckFits(entries));
-  layout_ = std::move(layout);
+  shared_ = std::move(shared);
   for (Entry& entry : entries) Insert(std::move(entry));
   changed_.NotifyAll();
   return absl::OkStatus();

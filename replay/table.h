@@ -100,9 +100,14 @@ class Table {
     int64_t bytes = 0;
   };
 
+  // What the orders of a run share, as far as its learner has said it.
+  struct Shared {
+    std::shared_ptr<const v1::SegmentLayout> layout;
+    std::shared_ptr<const v1::StateLimits> limits;
+  };
+
   static absl::StatusOr<std::vector<Entry>> MakeEntries(
-      const v1::OpenRequest& request,
-      const std::shared_ptr<const v1::SegmentLayout>& layout);
+      const v1::OpenRequest& request, const Shared& shared);
   absl::Status CheckFits(const std::vector<Entry>& entries) const
       SINEW_REQUIRES(mu_);
   void Insert(Entry entry) SINEW_REQUIRES(mu_);
@@ -134,7 +139,7 @@ class Table {
   std::string run_id_ SINEW_GUARDED_BY(mu_);
   // Grows at every reset, so that what arrives late is told apart.
   int64_t generation_ SINEW_GUARDED_BY(mu_) = 0;
-  std::shared_ptr<const v1::SegmentLayout> layout_ SINEW_GUARDED_BY(mu_);
+  Shared shared_ SINEW_GUARDED_BY(mu_);
   std::map<int64_t, Entry> entries_ SINEW_GUARDED_BY(mu_);
   // By iteration: largest possible bytes of entries without segment.
   std::map<int64_t, int64_t> missing_bytes_ SINEW_GUARDED_BY(mu_);

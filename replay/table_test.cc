@@ -267,6 +267,25 @@ TEST(Table, ServesOneRunUntilAnotherResetsIt) {
               StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
+TEST(Table, RefusesStatesBeyondTheLimitsOfTheRun) {
+  Fixture f;
+  v1::OpenRequest request = MakeOpen({1}, 0, true);
+  v1::StateLimits& limits = *request.mutable_limits();
+  EXPECT_THAT(f.table.Open(request),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("open: limits.clips: expected >= 1")));
+  limits.add_clips()->set_start_frames(9);
+  limits.set_physics(2);  // MakeSegment's states have one number
+  limits.set_joints(1);
+  limits.set_max_episode_steps(9);
+  ASSERT_THAT(f.table.Open(request), IsOk());
+  // They hold for what is opened later.
+  ASSERT_THAT(f.table.Open(MakeOpen({2})), IsOk());
+
+  EXPECT_EQ(f.Put(1, MakeSegmentBytes(1)), Response::VERDICT_MALFORMED);
+  EXPECT_EQ(f.Put(2, MakeSegmentBytes(2)), Response::VERDICT_MALFORMED);
+}
+
 TEST(Table, SaysThatItServesNoRunYet) {
   Fixture f;
 

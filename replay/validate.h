@@ -9,6 +9,7 @@
 #include "absl/strings/string_view.h"
 #include "proto/sinew/v1/replay.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 
 namespace sinew::replay {
 
@@ -18,6 +19,8 @@ struct Expectation {
   v1::OpenRequest::Expected expected;
   // Null if no columns are checked (expected.steps is 0).
   std::shared_ptr<const v1::SegmentLayout> layout;
+  // Null: states and places are not checked but for finite numbers.
+  std::shared_ptr<const v1::StateLimits> limits;
 };
 
 // Pure functions; thread-safe; never block.

@@ -3,7 +3,9 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "common/segment/segment_layout.h"
@@ -156,45 +158,77 @@ TEST(Judge, RefusesResultsThatNoEvaluationAskedFor) {
   EXPECT_EQ(response.detail(), "number of results: expected 0, found 1");
 }
 
-TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
-  Expectation expectation = MakeExpectation(7);
-  expectation.expected.set_clips(3);
-  const auto detail = [&](auto change) {
-    v1::Segment segment = MakeSegment(7), parsed;
-    v1::EpisodeEnd& episode = *segment.add_episodes();
-    episode.set_clip(2);
-    episode.set_steps(1);
-    change(segment, episode);
-    const Response response =
-        Judge(expectation, segment.SerializeAsString(), parsed);
-    EXPECT_EQ(response.verdict(), response.detail().empty()
-                                      ? Response::VERDICT_ACCEPTED
-                                      : Response::VERDICT_MALFORMED);
-    return response.detail();
-  };
+// Three clips of ten frames; two numbers of physics and one joint.
+std::shared_ptr<const v1::StateLimits> Limits() {
+  auto limits = std::make_shared<v1::StateLimits>();
+  for (int i = 0; i < 3; ++i) limits->add_clips()->set_start_frames(9);
+  limits->set_physics(2);
+  limits->set_joints(1);
+  limits->set_max_episode_steps(100);
+  return limits;
+}
 
-  EXPECT_EQ(detail([](auto&, auto&) {}), "");
-  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(3); }),
+// What is said against a segment after a change; empty: it was accepted.
+std::string DetailWithin(std::shared_ptr<const v1::StateLimits> limits,
+                         const std::function<void(v1::Segment&)>& change) {
+  Expectation expectation = MakeExpectation(7);
+  expectation.limits = std::move(limits);
+  v1::Segment segment = MakeSegment(7), parsed;
+  segment.mutable_end_states(0)->Clear();  // begins anew
+  v1::EnvironmentState& state = *segment.mutable_end_states(1);
+  state.clear_physics();
+  for (int i = 0; i < 2; ++i) state.add_physics(0.5);
+  state.add_previous_target(0.1);
+  state.set_clip(2);
+  state.set_start_frame(3);
+  state.set_step(5);
+  v1::EpisodeEnd& episode = *segment.add_episodes();
+  episode.set_clip(2);
+  episode.set_steps(1);
+  change(segment);
+  const Response response =
+      Judge(expectation, segment.SerializeAsString(), parsed);
+  EXPECT_EQ(response.verdict(), response.detail().empty()
+                                    ? Response::VERDICT_ACCEPTED
+                                    : Response::VERDICT_MALFORMED);
+  return response.detail();
+}
+
+TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
+  const auto detail = [](auto change) {
+    return DetailWithin(
+        Limits(), [&](auto& segment) { change(*segment.mutable_episodes(0)); });
+  };
+  EXPECT_EQ(detail([](auto&) {}), "");
+  EXPECT_EQ(detail([](auto& episode) { episode.set_clip(3); }),
             "episodes[0].clip: expected 0 to 2, found 3");
-  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(-1); }),
-            "episodes[0].clip: expected 0 to 2, found -1");
-  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_start_frame(-1); }),
-            "episodes[0].start_frame: expected >= 0, found -1");
-  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_steps(0); }),
+  EXPECT_EQ(detail([](auto& episode) { episode.set_start_frame(9); }),
+            "episodes[0].start_frame: expected 0 to 8, found 9");
+  EXPECT_EQ(detail([](auto& episode) { episode.set_steps(0); }),
             "episodes[0].steps: expected >= 1, found 0");
-  EXPECT_EQ(detail([](auto& segment, auto&) {
-              segment.mutable_end_states(1)->set_clip(7);
-            }),
-            "end_states[1].clip: expected 0 to 2, found 7");
-  expectation.expected.set_clips(0);  // a learner of old
-  EXPECT_EQ(detail([](auto&, auto& episode) { episode.set_clip(3); }), "");
+  // A learner of old.
+  EXPECT_EQ(DetailWithin(nullptr,
+                         [](auto& s) { s.mutable_episodes(0)->set_clip(3); }),
+            "");
+}
+
+TEST(Judge, RefusesStatesThatNoRolloutCanGoOnFrom) {
+  const auto detail = [](auto change) {
+    return DetailWithin(Limits(), [&](auto& segment) {
+      change(*segment.mutable_end_states(1));
+    });
+  };
+  EXPECT_EQ(detail([](auto& state) { state.add_physics(0); }),
+            "end_states[1].physics: expected 2 numbers, found 3");
+  EXPECT_EQ(detail([](auto& state) { state.set_step(6); }),
+            "end_states[1].step: expected 0 to 5, found 6");
 }
 
 TEST(Judge, RefusesAResultOfAClipThatIsNotThere) {
   Expectation expectation = MakeExpectation(7);
   expectation.expected.set_steps(0);
   expectation.expected.set_environments(1);
-  expectation.expected.set_clips(3);
+  expectation.limits = Limits();
   expectation.layout = nullptr;
   v1::Segment segment = MakeSegment(7), parsed;
   segment.clear_columns();
@@ -233,9 +267,6 @@ TEST(CheckExpectation, NamesTheFieldThatIsWrong) {
   wrong = MakeExpectation(7);
   wrong.expected.set_steps(-1);
   EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("steps")));
-  wrong = MakeExpectation(7);
-  wrong.expected.set_clips(-1);
-  EXPECT_THAT(CheckExpectation(wrong), StatusIs(kInvalid, HasSubstr("clips")));
   wrong = MakeExpectation(7);
   wrong.expected.set_snapshot_sha256("no");
   EXPECT_THAT(CheckExpectation(wrong),

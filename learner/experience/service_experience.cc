@@ -15,9 +15,8 @@ namespace {
 // How often replay may forget the orders within one Take.
 constexpr int kMaxReopened = 20;
 
-v1::OpenRequest::Expected ExpectedOf(const v1::Order& order, int num_clips) {
+v1::OpenRequest::Expected ExpectedOf(const v1::Order& order) {
   v1::OpenRequest::Expected expected;
-  expected.set_clips(num_clips);
   expected.set_order_id(order.order_id());
   expected.set_iteration(order.iteration());
   expected.set_snapshot_version(order.snapshot_version());
@@ -65,8 +64,9 @@ absl::Status ServiceExperience::Open(const std::vector<v1::Order>& orders,
   request.set_run_id(options_.run_id);
   request.set_reset(reset);
   *request.mutable_layout() = options_.layout;
+  *request.mutable_limits() = options_.limits;
   for (const v1::Order& order : orders) {
-    *request.add_expected() = ExpectedOf(order, options_.num_clips);
+    *request.add_expected() = ExpectedOf(order);
   }
   return replay_.Open(request);
 }

@@ -18,6 +18,7 @@
 #include "learner/trainer/experience.h"
 #include "proto/sinew/v1/replay.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "replay/client/replay.h"
 
 namespace sinew::learner {
@@ -47,8 +48,8 @@ class ServiceExperience final : public Experience {
     std::string run_id;
     // Columns of training segments, as orders' layout_sha256 names them.
     v1::SegmentLayout layout;
-    // Of the library, for replay to refuse what names another.
-    int num_clips = 0;
+    // For replay to refuse what no rollout may go on from.
+    v1::StateLimits limits;
     // Where actors find the dispatcher; for messages.
     std::string address;
     // Between two looks at `check`.

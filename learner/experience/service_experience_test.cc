@@ -155,7 +155,7 @@ class ServiceExperienceTest : public ::testing::Test {
   ServiceExperienceTest() {
     options_.run_id = "run";
     options_.layout.add_columns()->set_name("reward");
-    options_.num_clips = 5;
+    options_.limits.set_joints(5);
     options_.address = "host:7000";
     options_.step = absl::Milliseconds(2);
     options_.stop = stop_.get_token();
@@ -226,6 +226,7 @@ TEST_F(ServiceExperienceTest, TellsReplayWhatAnOrderMustBring) {
   EXPECT_TRUE(request.reset());
   EXPECT_EQ(request.run_id(), "run");
   EXPECT_EQ(request.layout().columns(0).name(), "reward");
+  EXPECT_EQ(request.limits().joints(), 5);
   ASSERT_EQ(request.expected_size(), 1);
   const auto& expected = request.expected(0);
   EXPECT_EQ(expected.order_id(), 7);
@@ -234,7 +235,6 @@ TEST_F(ServiceExperienceTest, TellsReplayWhatAnOrderMustBring) {
   EXPECT_EQ(expected.snapshot_sha256(), "abc");
   EXPECT_EQ(expected.layout_sha256(), "def");
   EXPECT_EQ(expected.environments(), 2);
-  EXPECT_EQ(expected.clips(), 5);
   EXPECT_EQ(expected.steps(), 16);
 }
 

@@ -52,7 +52,8 @@ v1::OpenRequest::Expected MakeExpected(int64_t order_id, int64_t iteration) {
 Expectation MakeExpectation(int64_t order_id) {
   return {.run_id = kRun,
           .expected = MakeExpected(order_id),
-          .layout = std::make_shared<const v1::SegmentLayout>(TestLayout())};
+          .layout = std::make_shared<const v1::SegmentLayout>(TestLayout()),
+          .limits = nullptr};
 }
 
 v1::OpenRequest MakeOpen(absl::Span<const int64_t> order_ids, int64_t iteration,

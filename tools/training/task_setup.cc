@@ -147,6 +147,7 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   setup.action_scales = rollout->task().action_law().Scales();
   setup.layout = rollout->layout();
   setup.layout_sha256 = rollout->layout_sha256();
+  setup.limits = rollout->limits();
   if (recipe.ppo().mirror()) {
     SINEW_ASSIGN_OR_RETURN(setup.mirror, world::MakeMirror(rollout->task()));
   }

@@ -13,6 +13,7 @@
 #include "common/segment/mirror.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "sim/motion/library.h"
 
 namespace sinew::tools {
@@ -33,6 +34,7 @@ struct TaskSetup {
   std::vector<double> action_scales;
   v1::SegmentLayout layout;
   std::string layout_sha256;
+  v1::StateLimits limits;
   // Of the task, if the recipe learns from mirror images.
   std::optional<SegmentMirror> mirror;
   // The serialised TaskAssets, its SHA-256, and the assets that it names by

@@ -236,7 +236,7 @@ void TrainingRun::MakeExperience(const TaskSetup& setup) {
   learner::ServiceExperience::Options experience;
   experience.run_id = run_id_;
   experience.layout = setup.layout;
-  experience.num_clips = setup.library->num_clips();
+  experience.limits = setup.limits;
   experience.address = address();
   // A transfer from elsewhere must fit into a step.
   if (!options_.replay_address.empty()) experience.step = absl::Seconds(30);

@@ -1,0 +1,113 @@
+#include "common/segment/state_limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "common/status_macros.h"
+
+namespace sinew {
+namespace {
+
+absl::Status CheckRange(absl::string_view field, int64_t low, int64_t high,
+                        int64_t found) {
+  if (found >= low && found <= high) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": expected ", low, " to ", high, ", found ", found));
+}
+
+absl::Status CheckAtLeast(absl::string_view field, int64_t low, int64_t found) {
+  if (found >= low) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": expected >= ", low, ", found ", found));
+}
+
+absl::Status CheckNumbers(absl::string_view field,
+                          const google::protobuf::RepeatedField<double>& found,
+                          int expected) {
+  if (found.size() != expected) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        field, ": expected ", expected, " numbers, found ", found.size()));
+  }
+  for (int i = 0; i < found.size(); ++i) {
+    if (!std::isfinite(found[i])) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          field, "[", i, "]: expected a finite number, found ", found[i]));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckRecovery(const v1::EnvironmentState& state,
+                           const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(CheckRange("start_kind", v1::StartKind_MIN,
+                                   v1::StartKind_MAX, state.start_kind()));
+  const int64_t steps = limits.recovery_steps();
+  const int64_t left = state.recovery_steps_left();
+  SINEW_RETURN_IF_ERROR(CheckRange("recovery_steps_left", 0, steps, left));
+  SINEW_RETURN_IF_ERROR(CheckRange(
+      "frozen_steps", 0, std::min<int64_t>(steps - left, state.step()),
+      state.frozen_steps()));
+  if (!(std::isfinite(state.goal_distance()) && state.goal_distance() >= 0)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "goal_distance: expected >= 0, found ", state.goal_distance()));
+  }
+  return absl::OkStatus();
+}
+
+// Steps after which an episode that began there is over.
+int64_t MostSteps(const v1::EnvironmentState& state,
+                  const v1::StateLimits& limits) {
+  const v1::StateLimits::Clip& clip = limits.clips(state.clip());
+  const int64_t most = limits.max_episode_steps();
+  return clip.loops() ? most
+                      : std::min<int64_t>(
+                            most, clip.start_frames() - state.start_frame());
+}
+
+}  // namespace
+
+absl::Status CheckLimits(const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.clips", 1, limits.clips_size()));
+  for (int i = 0; i < limits.clips_size(); ++i) {
+    SINEW_RETURN_IF_ERROR(
+        CheckAtLeast(absl::StrCat("limits.clips[", i, "].start_frames"), 1,
+                     limits.clips(i).start_frames()));
+  }
+  SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.physics", 1, limits.physics()));
+  SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.joints", 1, limits.joints()));
+  SINEW_RETURN_IF_ERROR(
+      CheckAtLeast("limits.max_episode_steps", 1, limits.max_episode_steps()));
+  return CheckAtLeast("limits.recovery_steps", 0, limits.recovery_steps());
+}
+
+absl::Status CheckPlace(int64_t clip, int64_t start_frame,
+                        const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(CheckRange("clip", 0, limits.clips_size() - 1, clip));
+  const int64_t frames = limits.clips(static_cast<int>(clip)).start_frames();
+  return CheckRange("start_frame", 0, frames - 1, start_frame);
+}
+
+absl::Status CheckState(const v1::EnvironmentState& state,
+                        const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(CheckAtLeast("episode", 0, state.episode()));
+  if (state.physics().empty()) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(
+      CheckNumbers("physics", state.physics(), limits.physics()));
+  SINEW_RETURN_IF_ERROR(CheckNumbers("previous_target", state.previous_target(),
+                                     limits.joints()));
+  SINEW_RETURN_IF_ERROR(CheckPlace(state.clip(), state.start_frame(), limits));
+  SINEW_RETURN_IF_ERROR(CheckRecovery(state, limits));
+  SINEW_RETURN_IF_ERROR(
+      CheckRange("step", 0, MostSteps(state, limits) - 1 + state.frozen_steps(),
+                 state.step()));
+  if (!std::isfinite(state.episode_return()) ||
+      !std::isfinite(state.episode_error())) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "episode_return and episode_error: expected finite numbers, found ",
+        state.episode_return(), " and ", state.episode_error()));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sinew
