@@ -9,10 +9,13 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "common/clock.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
+#include "tools/training/compact_state.h"
 #include "tools/zoo/card_chapters.h"
 
 namespace sinew::zoo {
@@ -81,6 +84,20 @@ absl::Status CheckChapters(const std::string& file, const std::string& card,
   return absl::OkStatus();
 }
 
+// What training goes on from is of the recipe beside it.
+absl::Status CheckState(const std::string& folder, const v1::Recipe& recipe) {
+  SINEW_ASSIGN_OR_RETURN(const tools::CompactState state,
+                         tools::ReadCompactState(folder, SystemClock()));
+  const std::string expected = Sha256Hex(PrintRecipe(WithDefaults(recipe)));
+  const auto found = state.assets.find("recipe");
+  if (found != state.assets.end() && found->second == expected) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat(
+      folder, ": expected a state of the recipe beside it, ", expected,
+      ", found ", found == state.assets.end() ? "none" : found->second));
+}
+
 // Files beside bundle and card.
 absl::Status CheckFiles(const std::string& folder,
                         const v1::BundleManifest& manifest) {
@@ -98,10 +115,13 @@ absl::Status CheckFiles(const std::string& folder,
   const std::string recipe = JoinPath(folder, "recipe.textproto");
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(recipe));
   SINEW_ASSIGN_OR_RETURN(const v1::Recipe parsed, ParseRecipe(text, recipe));
-  if (parsed.name() == manifest.provenance().recipe()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      recipe, ": name: expected the bundle's recipe \"",
-      manifest.provenance().recipe(), "\", found \"", parsed.name(), "\""));
+  if (parsed.name() != manifest.provenance().recipe()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        recipe, ": name: expected the bundle's recipe \"",
+        manifest.provenance().recipe(), "\", found \"", parsed.name(), "\""));
+  }
+  const std::string state = JoinPath(folder, "state");
+  return FileExists(state) ? CheckState(state, parsed) : absl::OkStatus();
 }
 
 }  // namespace

@@ -20,7 +20,11 @@ namespace sinew::zoo {
 //   zoo/NAME/samples.json  the same of `sinew sample`, where it has a prior
 //   zoo/NAME/recipe.textproto  a recipe of the name that the bundle says
 //
-// and may hold: fallen.json (as eval.json), state (README.md).
+// and may hold:
+//
+//   zoo/NAME/fallen.json   as eval.json
+//   zoo/NAME/state/        a compact state (tools/training/compact_state.h) of
+//                          this very recipe
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
 // name the folder or file, expected and found.
@@ -33,9 +37,10 @@ absl::StatusOr<int64_t> FolderBytes(const std::string& folder);
 // The bytes of a bundle. FAILED_PRECONDITION: more than kMostBundleBytes.
 absl::StatusOr<int64_t> CheckBundleBytes(const std::string& bundle);
 
-// Those of bundle::ReadBundle, CheckBundleBytes and ParseRecipe; NOT_FOUND: a
-// file that must be there is not; FAILED_PRECONDITION: the card or figures are
-// of another bundle, figures name an absolute path, the card lacks a chapter or
+// Those of bundle::ReadBundle, CheckBundleBytes, ParseRecipe and
+// tools::ReadCompactState; NOT_FOUND: a file that must be there is not;
+// FAILED_PRECONDITION: the card or figures are of another bundle, the state is
+// of another recipe, figures name an absolute path, the card lacks a chapter or
 // figures, or a licence is unknown or not named in it.
 absl::Status CheckZooEntry(const std::string& folder);
 

@@ -3,20 +3,31 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
+#include "common/clock.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
+#include "common/rpc/credentials.h"
 #include "common/testing/matchers.h"
+#include "common/testing/test_files.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_latent.h"
+#include "deploy/checkpoint/client/artifact_store.h"
+#include "deploy/checkpoint/open_store.h"
+#include "learner/state/state_store.h"
+#include "learner/state/testing/make_state.h"
 #include "proto/sinew/v1/recipe.pb.h"
+#include "proto/sinew/v1/rollout.pb.h"
 #include "sim/world/testing/toy_world.h"
+#include "tools/training/compact_state.h"
 
 namespace sinew::zoo {
 namespace {
@@ -164,6 +175,45 @@ TEST_F(ZooEntry, HasFiguresOfThisBundleWithoutPathsOfAMachine) {
     WriteFile(name, Figures(digest(), "library"));
     EXPECT_THAT(CheckZooEntry(folder_), IsOk());
   }
+}
+
+// A run's state as it is moved elsewhere, with a recipe of these bytes.
+void WriteState(absl::string_view recipe, const std::string& folder) {
+  const SystemClock clock;
+  const std::string run = testing::TestPath("checkpoints");
+  const auto store = checkpoint::OpenStore(run, checkpoint::StoreAccess::kWrite,
+                                           rpc::Security(), clock);
+  ASSERT_THAT(store, IsOk());
+  v1::TaskAssets list;
+  v1::Asset& asset = *list.add_assets();
+  asset.set_role("recipe");
+  asset.set_sha256(Sha256Hex(recipe));
+  const std::string assets = list.SerializeAsString();
+  learner::Trainer::State state = learner::MakeState(12);
+  state.counters.set_assets_sha256(Sha256Hex(assets));
+  ASSERT_THAT(learner::SaveState(**store, state, /*keep=*/2), IsOk());
+  ASSERT_THAT((*store)->PutBlob(std::make_shared<const std::string>(assets)),
+              IsOk());
+  ASSERT_THAT(tools::WriteCompactState(run, folder, clock, {}), IsOk());
+}
+
+TEST_F(ZooEntry, MayHaveAStateOfItsRecipe) {
+  WriteFile("CARD.md", Card());
+  const std::string state = JoinPath(folder_, "state");
+  WriteState(PrintRecipe(toy_.recipe), state);
+  EXPECT_THAT(CheckZooEntry(folder_), IsOk());
+
+  v1::Recipe changed = toy_.recipe;
+  changed.set_seed(changed.seed() + 1);
+  WriteFile("recipe.textproto", PrintRecipe(changed));
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(kUnfit, AllOf(HasSubstr(state),
+                                     HasSubstr("of the recipe beside it"))));
+
+  Remove("state");
+  ASSERT_THAT(MakeDirectories(state), IsOk());
+  EXPECT_THAT(CheckZooEntry(folder_),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr(state)));
 }
 
 class LatentZooEntry : public ZooEntry {
