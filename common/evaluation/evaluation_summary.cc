@@ -68,6 +68,7 @@ ClipSummary SummariseClip(absl::Span<const v1::EvaluationResult* const> results,
                           Sums& sums) {
   ClipSummary summary;
   summary.clip = results.front()->clip();
+  summary.first_start_success = results.front()->success();
   for (const v1::EvaluationResult* result : results) {
     sums.Add(*result);
     const int32_t failed = result->failed_at_frame();
@@ -94,6 +95,7 @@ struct Set {
            absl::Span<const v1::EvaluationResult* const> results) {
     ++summary.clips;
     summary.succeeded_clips += success ? 1 : 0;
+    summary.first_start_successes += results.front()->success() ? 1 : 0;
     for (const v1::EvaluationResult* result : results) sums.Add(*result);
   }
   SetSummary Finish() {

@@ -23,8 +23,9 @@ struct MetricMeans {
 // All starts of one clip.
 struct ClipSummary {
   int32_t clip = 0;
-  bool left_out = false;  // of training
-  bool success = false;   // all its starts succeeded
+  bool left_out = false;             // of training
+  bool success = false;              // all its starts succeeded
+  bool first_start_success = false;  // that on its earliest frame
   int32_t starts = 0;
   int32_t succeeded_starts = 0;
   int64_t frames = 0;            // compared, over all starts
@@ -36,7 +37,8 @@ struct ClipSummary {
 // A set of clips.
 struct SetSummary {
   int32_t clips = 0;
-  int32_t succeeded_clips = 0;
+  int32_t succeeded_clips = 0;        // by all their starts
+  int32_t first_start_successes = 0;  // clips whose first start succeeded
   int32_t starts = 0;
   int32_t succeeded_starts = 0;
   int64_t frames = 0;
@@ -48,9 +50,9 @@ struct SetSummary {
 
 struct EvaluationSummary {
   SetSummary overall;
-  SetSummary successful;           // of the clips that succeeded
-  SetSummary training;             // of the clips that are trained on
-  SetSummary left_out;             // of the others
+  SetSummary successful;  // of the clips that succeeded
+  SetSummary training;    // of the clips that are trained on
+  SetSummary left_out;    // of the others
   // Of each of these two, the clips that succeeded: what the papers' errors are
   // means over.
   SetSummary training_successful;

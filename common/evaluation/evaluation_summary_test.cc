@@ -59,6 +59,20 @@ TEST(EvaluationSummary, AClipSucceedsIfAllItsStartsDo) {
   EXPECT_DOUBLE_EQ(summary.successful.success_rate, 1);
 }
 
+TEST(EvaluationSummary, KnowsWhichClipsSucceedFromTheirEarliestStart) {
+  const std::vector<v1::EvaluationResult> results = {
+      Result(0, 20, 80, 40, 10), Result(0, 0, 100, -1, 10),
+      Result(1, 5, 100, 40, 50), Result(1, 20, 100, -1, 20)};
+
+  const EvaluationSummary summary = SummariseEvaluation(results, {false, true});
+
+  EXPECT_TRUE(summary.clips[0].first_start_success);
+  EXPECT_FALSE(summary.clips[1].first_start_success);
+  EXPECT_EQ(summary.overall.first_start_successes, 1);
+  EXPECT_EQ(summary.training.first_start_successes, 1);
+  EXPECT_EQ(summary.left_out.first_start_successes, 0);
+}
+
 TEST(EvaluationSummary, SumsUpTrainingAndLeftOutClipsApart) {
   const std::vector<v1::EvaluationResult> results = {Result(0, 0, 100, -1, 10),
                                                      Result(1, 0, 100, 50, 40),

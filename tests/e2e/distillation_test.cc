@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "absl/time/time.h"
 #include "common/files.h"
@@ -49,31 +51,45 @@ std::string MakeComposedTeacher(const TrainingRig& rig) {
                       "network.composer.hidden=8", "--primitives", one, two});
 }
 
-// Lets a run go on until it has so many rows, and kills it then.
-void KillAfter(const TrainingRig& rig, const TrainingRig::Arguments& arguments,
-               const std::string& run, int rows) {
-  const auto process = rig.Start(run, arguments);
-  rig.AwaitRows(*process, run, rows);
-  process->Signal(SIGKILL);
-  ASSERT_TRUE(process->Wait(absl::Minutes(1)).ok());
-}
-
 TEST(DistillationTest, EndsWithTheSameBitsHoweverOftenItIsKilled) {
   const TrainingRig rig;
-  const std::string teacher = MakeTeacher(rig);
-  const auto begun = Taught(teacher, Latent());
-  rig.MustRun("straight", rig.Train("straight", 6, begun));
+  const auto begun = Taught(MakeTeacher(rig), Latent());
 
-  KillAfter(rig, rig.Train("killed", 0, begun), "killed", 1);
-  KillAfter(rig, rig.Train("killed", 0, begun), "killed", 4);
-  rig.MustRun("rest", rig.Train("killed", 6, begun));
-
-  // The second kill may have come after iteration 6; then there is nothing left
-  // to train and the states are of different iterations.
-  if (rig.Rows("killed") > 6) {
-    rig.MustRun("further", rig.Train("straight", rig.Rows("killed"), begun));
+  std::mt19937 random(11);
+  for (int kill = 0; kill < 2; ++kill) {
+    const int rows = rig.Rows("killed") + 1 + static_cast<int>(random() % 3);
+    rig.KillAfter("killed", rows, absl::Milliseconds(random() % 30),
+                  rig.Train("killed", 0, begun));
   }
+  // Wherever the kills found it, the end is beyond.
+  const int end = rig.Rows("killed") + 2;
+  rig.MustRun("rest", rig.Train("killed", end, begun));
+  rig.MustRun("straight", rig.Train("straight", end, begun));
+
   EXPECT_EQ(rig.FingerprintOf("killed"), rig.FingerprintOf("straight"));
+}
+
+TEST(DistillationTest, EndsWithTheSameBitsIfAnActorIsKilled) {
+  const TrainingRig rig;
+  const auto begun = Taught(MakeTeacher(rig), Latent());
+  const auto with_actors = [&](const std::string& run, int iterations) {
+    auto arguments = rig.Train(run, iterations, begun);
+    arguments.insert(arguments.end(), {"--actors", "2", "--threads", "2"});
+    return arguments;
+  };
+
+  const auto process = rig.Start("cut", with_actors("cut", 12));
+  rig.AwaitRows(*process, "cut", 2);
+  const std::vector<pid_t> actors = ChildrenOf(process->pid());
+  ASSERT_FALSE(actors.empty());
+  kill(actors[std::mt19937(5)() % actors.size()], SIGKILL);
+  // It had something left to do.
+  ASSERT_LT(rig.Rows("cut"), 12);
+  const auto end = process->Wait(absl::Minutes(1));
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("cut");
+  rig.MustRun("straight", rig.Train("straight", 12, begun));
+
+  EXPECT_EQ(rig.FingerprintOf("cut"), rig.FingerprintOf("straight"));
 }
 
 TEST(DistillationTest, EndsWithTheSameBitsWhereverItsTeacherIs) {

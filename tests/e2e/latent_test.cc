@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "absl/time/time.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
@@ -37,6 +38,17 @@ TEST(LatentTest, GoesOnWithTheSameBits) {
   rig.MustRun("rest", rig.Train("halves", 4, Latent()));
 
   EXPECT_EQ(rig.FingerprintOf("halves"), rig.FingerprintOf("straight"));
+}
+
+TEST(LatentTest, EndsWithTheSameBitsIfItIsKilled) {
+  const TrainingRig rig;
+  rig.KillAfter("killed", 2, absl::Milliseconds(7),
+                rig.Train("killed", 0, Latent()));
+  const int end = rig.Rows("killed") + 2;
+  rig.MustRun("rest", rig.Train("killed", end, Latent()));
+  rig.MustRun("straight", rig.Train("straight", end, Latent()));
+
+  EXPECT_EQ(rig.FingerprintOf("killed"), rig.FingerprintOf("straight"));
 }
 
 TEST(LatentTest, GivesABundleWithTheGraphsOfAStudent) {

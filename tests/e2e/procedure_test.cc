@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstddef>
+#include <random>
 #include <set>
 #include <string>
 #include <utility>
@@ -125,13 +126,12 @@ TEST(ProcedureTest, EndsWithTheSameBitsIfItIsKilledInEveryStage) {
   const std::vector<std::string> longer = LongStages();
   rig.MustRun("straight", Train(rig, "straight", 0, longer));
 
+  std::mt19937 random(3);
   for (const std::string& stage : kStages) {
-    const std::string name = absl::StrCat("killed_in_", stage.substr(7, 2));
     const std::string run = JoinPath("cut", stage);
-    const auto process = rig.Start(name, Train(rig, "cut", 0, longer));
-    rig.AwaitRows(*process, run, 1);
-    process->Signal(SIGKILL);
-    ASSERT_THAT(process->Wait(absl::Minutes(1)), IsOk());
+    rig.KillAfter(run, 1 + static_cast<int>(random() % 3),
+                  absl::Milliseconds(random() % 20),
+                  Train(rig, "cut", 0, longer));
     // Within the stage, not after it.
     ASSERT_LT(rig.Rows(run), kLongest) << stage;
   }
@@ -221,6 +221,27 @@ TEST(ProcedureTest, TrainsASinglePrimitiveOnBesideIt) {
   // In the midst of it.
   rig.MustRun("first", Train(rig, "cut", kFull + kOthers + 1, compared));
   EXPECT_TRUE(FileExists(rig.Path("cut/bundle")));
+  rig.MustRun("last", Train(rig, "cut", 0, compared));
+
+  EXPECT_EQ(Fingerprints(rig, "cut", stages),
+            Fingerprints(rig, "straight", stages));
+}
+
+TEST(ProcedureTest, EndsWithTheSameBitsIfThatIsKilled) {
+  const TrainingRig rig;
+  const std::vector<std::string> compared = {
+      "procedure.compare_single=true", "procedure.max_primitives=1",
+      "procedure.recovery_samples=0", "procedure.composer_samples=0",
+      absl::StrCat("procedure.hard_samples=", 64 * kLongest)};
+  const std::vector<std::string> stages = {"stages/00_primitive_0",
+                                           "stages/01_primitive_0_hard",
+                                           "stages/02_single"};
+  rig.MustRun("straight", Train(rig, "straight", 0, compared));
+
+  const std::string single = JoinPath("cut", stages[2]);
+  rig.KillAfter(single, kFull + 1, absl::Milliseconds(5),
+                Train(rig, "cut", 0, compared));
+  ASSERT_LT(rig.Rows(single), kLongest);
   rig.MustRun("last", Train(rig, "cut", 0, compared));
 
   EXPECT_EQ(Fingerprints(rig, "cut", stages),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <utility>
 
 #include "absl/strings/match.h"
@@ -140,6 +141,16 @@ int TrainingRig::Rows(const std::string& run) const {
 void TrainingRig::AwaitRows(Subprocess& process, const std::string& run,
                             int rows) const {
   Await(process, [&] { return Rows(run) >= rows; });
+}
+
+void TrainingRig::KillAfter(const std::string& run, int rows,
+                            absl::Duration moment,
+                            const Arguments& arguments) const {
+  const auto process = Start("killed", arguments);
+  AwaitRows(*process, run, rows);
+  (void)process->Wait(moment);
+  process->Signal(SIGKILL);
+  ASSERT_THAT(process->Wait(absl::Minutes(1)), IsOk());
 }
 
 std::string AddressIn(const std::string& log, const std::string& message) {

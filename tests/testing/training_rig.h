@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/time/time.h"
 #include "common/subprocess.h"
 #include "learner/trainer/trainer.h"
 #include "sim/world/testing/toy_world.h"
@@ -61,6 +62,10 @@ class TrainingRig {
   int Rows(const std::string& run) const;
   // Waits for so many rows; the process must be running.
   void AwaitRows(Subprocess& process, const std::string& run, int rows) const;
+  // Lets a run, begun or gone on with by `arguments`, reach so many rows and
+  // kills it a moment later, wherever it is then.
+  void KillAfter(const std::string& run, int rows, absl::Duration moment,
+                 const Arguments& arguments) const;
 
  private:
   world::testing::ToyWorld toy_;

@@ -33,6 +33,7 @@ Json SetObject(const SetSummary& set) {
   Json object = {{"clips", set.clips},
                  {"succeeded_clips", set.succeeded_clips},
                  {"success_rate", set.success_rate},
+                 {"first_start_successes", set.first_start_successes},
                  {"starts", set.starts},
                  {"succeeded_starts", set.succeeded_starts},
                  {"survived_share", set.survived_share},
@@ -74,6 +75,7 @@ Json ImportedObject(const SetSummary& overall, int rejected) {
 
 Json ClipObject(const ClipSummary& clip) {
   Json object = {{"success", clip.success},
+                 {"first_start_success", clip.first_start_success},
                  {"starts", clip.starts},
                  {"succeeded_starts", clip.succeeded_starts},
                  {"frames", clip.frames},
@@ -177,6 +179,7 @@ Json Definitions(const Subject& subject) {
       subject.assets->recipe().evaluation().max_mean_body_distance();
   return {
       {"success", "a clip succeeds if all its starts survive"},
+      {"first_start_success", "the start on its earliest frame survives"},
       {"survived",
        "the mean distance of tracked bodies from the reference "
        "never exceeds fall_distance_m"},

@@ -24,10 +24,11 @@ struct EvaluationSource {
 // The file that `sinew eval` writes: JSON, two spaces, ends with a newline.
 //
 //   overall, successful, zero_action
-//             sets of clips: clips, succeeded_clips, success_rate, starts,
-//             succeeded_starts, survived_share, frames, e_g_mpjpe_mm,
-//             e_mpjpe_mm, e_acc, e_vel, body_mm (in the order of `bodies`).
-//             Errors are null where no frame was compared.
+//             sets of clips: clips, succeeded_clips, success_rate,
+//             first_start_successes (clips that survive from their earliest
+//             start), starts, succeeded_starts, survived_share, frames,
+//             e_g_mpjpe_mm, e_mpjpe_mm, e_acc, e_vel, body_mm (in the order of
+//             `bodies`). Errors are null where no frame was compared.
 //   training, left_out
 //             the same of the clips that are trained on and of those that are
 //             left out, each with `successful` and `zero_action`; only where
@@ -35,13 +36,14 @@ struct EvaluationSource {
 //   imported  clips, rejected_clips, succeeded_clips, success_rate over all
 //             that was imported: what the import turned away has failed. Only
 //             where the library's folder says how many these are.
-//   clips     per clip: name, success, starts, succeeded_starts, frames,
-//             failed_at_frame, the four errors, body_mm, `zero_action` with
-//             the same fields, and for the first clips `profile`: error of
-//             each body over the clip, {seconds, body_mm[body][bin]}. Where the
-//             bundle says so also `use`, what the clip was to its training:
-//             WordsOf (deploy/bundle/clip_uses.h), or "not in training" of a
-//             clip that it does not name. Sets go by the library's `left_out`.
+//   clips     per clip: name, success, first_start_success, starts,
+//             succeeded_starts, frames, failed_at_frame, the four errors,
+//             body_mm, `zero_action` with the same fields, and for the first
+//             clips `profile`: error of each body over the clip, {seconds,
+//             body_mm[body][bin]}. Where the bundle says so also `use`, what
+//             the clip was to its training: WordsOf
+//             (deploy/bundle/clip_uses.h), or "not in training" of a clip that
+//             it does not name. Sets go by the library's `left_out`.
 //   fallen    only where it was asked for: starts, seed, clips, seconds,
 //             reference_stands_seconds, recovered_3_s, recovered_5_s,
 //             rows of {state, clip, recovered_s, carried_s, seconds},

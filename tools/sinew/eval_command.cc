@@ -35,11 +35,13 @@ struct EvalOptions {
 
 void Print(const char* who, const SetSummary& set) {
   absl::PrintF(
-      "%-12s %d of %d clips, %d of %d starts, survived %.0f %%, E_g %.1f mm, "
-      "E %.1f mm, E_vel %.2f mm/frame, E_acc %.2f mm/frame^2\n",
-      who, set.succeeded_clips, set.clips, set.succeeded_starts, set.starts,
-      100 * set.survived_share, set.means.e_g_mpjpe_mm, set.means.e_mpjpe_mm,
-      set.means.e_vel, set.means.e_acc);
+      "%-12s %d of %d clips (%d from their first frame), %d of %d starts, "
+      "survived %.0f %%, E_g %.1f mm, E %.1f mm, E_vel %.2f mm/frame, E_acc "
+      "%.2f mm/frame^2\n",
+      who, set.succeeded_clips, set.clips, set.first_start_successes,
+      set.succeeded_starts, set.starts, 100 * set.survived_share,
+      set.means.e_g_mpjpe_mm, set.means.e_mpjpe_mm, set.means.e_vel,
+      set.means.e_acc);
 }
 
 void PrintRecovered(const char* name, int starts,

@@ -134,11 +134,27 @@ std::string FallenText(const Json& fallen) {
   return text;
 }
 
-// A share as a cell; "-": it is not known.
-std::string ShareCell(const Json& way, const char* field) {
-  const Json share = way.value(field, Json());
+// A number as a cell; "-": it is not known.
+std::string NumberCell(const Json& at, const char* field, int decimals) {
+  const Json number = at.is_object() ? at.value(field, Json()) : Json();
+  if (!number.is_number()) return "-";
+  return absl::StrFormat("%.*f", decimals, number.get<double>());
+}
+
+std::string ShareCell(const Json& at, const char* field) {
+  const Json share = at.value(field, Json());
   if (!share.is_number()) return "-";
   return absl::StrFormat("%.1f %%", 100 * share.get<double>());
+}
+
+// How the motions look that a prior makes.
+std::string MotionCells(const Json& way) {
+  return absl::StrCat(
+      NumberCell(way.value("transitions", Json()), "distance", 3), " | ",
+      NumberCell(way.value("diversity", Json()), "over_time_m", 3), " | ",
+      NumberCell(way, "foot_skate_m_per_s", 3), " | ",
+      NumberCell(way, "joint_speed_rad_per_s", 2), " | ",
+      NumberCell(way.value("latent", Json()), "ratio", 2));
 }
 
 std::string SamplesText(const Json& samples) {
@@ -147,22 +163,26 @@ std::string SamplesText(const Json& samples) {
       "\n%s%g s from starts `%s`, of %d transitions of the "
       "library (threshold %g):\n\n"
       "| | samples | upright at the end | got up | covered | of what tracking "
-      "covers |\n|---|---|---|---|---|---|\n",
+      "covers | distance | diversity, m | foot skate, m/s | joints, rad/s | "
+      "steps of the latent |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
       kPriorAlone, NumberAt(samples, {"seconds"}), samples.value("start", ""),
       static_cast<int64_t>(NumberAt(samples, {"library", "transitions"})),
       NumberAt(samples, {"library", "threshold"}));
   for (const Json& way : samples["ways"]) {
     const Json transitions = way.value("transitions", Json::object());
-    absl::StrAppend(&text, "| ", evaluation::TableCell(way.value("name", "")),
-                    " | ", static_cast<int64_t>(NumberAt(way, {"samples"})),
-                    " | ", ShareCell(way, "upright_share"), " | ",
-                    ShareCell(way, "got_up_share"), " | ",
-                    ShareCell(transitions, "coverage"), " | ",
-                    ShareCell(way, "student_coverage"), " |\n");
+    absl::StrAppend(
+        &text, "| ", evaluation::TableCell(way.value("name", "")), " | ",
+        static_cast<int64_t>(NumberAt(way, {"samples"})), " | ",
+        ShareCell(way, "upright_share"), " | ", ShareCell(way, "got_up_share"),
+        " | ", ShareCell(transitions, "coverage"), " | ",
+        ShareCell(way, "student_coverage"), " | ", MotionCells(way), " |\n");
   }
   absl::StrAppend(&text,
                   "\nUpright: of the samples that began so; got up: of the "
-                  "others; -: none, or not measured.\n");
+                  "others; distance: to the nearest transition of the library; "
+                  "diversity: of bodies between two samples of one start, "
+                  "relative to the root; steps of the latent: as a share of "
+                  "its spread; -: none, or not measured.\n");
   return text;
 }
 
@@ -183,6 +203,28 @@ int SeenOfLeftOut(const CardFacts& facts) {
   return seen;
 }
 
+// "608 of 700 starts, 58 of 70 clips from their first frame".
+std::string StartsOf(const Json& set) {
+  return absl::StrFormat(
+      "%d of %d starts, %s of %d clips from their first "
+      "frame",
+      static_cast<int64_t>(NumberAt(set, {"succeeded_starts"})),
+      static_cast<int64_t>(NumberAt(set, {"starts"})),
+      NumberCell(set, "first_start_successes", 0),
+      static_cast<int64_t>(NumberAt(set, {"clips"})));
+}
+
+std::string StartsText(const Json& evaluation) {
+  const Json left_out = evaluation.value("left_out", Json());
+  const Json own =
+      evaluation.value("training", evaluation.value("overall", Json()));
+  std::string text = absl::StrCat("It wins ", StartsOf(own));
+  if (left_out.is_object()) {
+    absl::StrAppend(&text, "; of those left out ", StartsOf(left_out));
+  }
+  return absl::StrCat(text, ".");
+}
+
 absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
   std::string text = absl::StrCat(kMetrics, "\n\n");
   if (facts.evaluation.is_object()) {
@@ -198,7 +240,8 @@ absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
         "reference stays small at every start; errors, of clips that succeed: "
         "mm, mm, mm/frame^2, mm/frame at 30 Hz. ",
         NumberAt(facts.evaluation, {"starts_per_clip"}), " starts a clip, ",
-        NumberAt(facts.evaluation, {"seconds"}), " s of those that loop.");
+        NumberAt(facts.evaluation, {"seconds"}), " s of those that loop. ",
+        StartsText(facts.evaluation));
     if (facts.library_sha256 !=
         facts.bundle.manifest.provenance().library_sha256()) {
       absl::StrAppend(&text, " Evaluated on another library than trained on: ",
