@@ -6,6 +6,7 @@
 #include "common/segment/state_limits.h"
 
 namespace sinew::actor {
+
 absl::Status LoadState(const v1::EnvironmentState& state, int index,
                        const v1::StateLimits& limits, Environment* environment,
                        absl::Span<double> physics) {

@@ -25,7 +25,7 @@ struct Environment {
 };
 
 // Checks `state` (common/segment/state_limits.h) and loads it; `physics`
-// [limits.physics] is written unless the environment is fresh.
+// [limits.state_size] is written unless the environment is fresh.
 // INVALID_ARGUMENT names "order.states[index]" and the field.
 absl::Status LoadState(const v1::EnvironmentState& state, int index,
                        const v1::StateLimits& limits, Environment* environment,

@@ -28,7 +28,7 @@ v1::StateLimits LimitsOf(const world::TrackingTask& task) {
     limit.set_start_frames(static_cast<int32_t>(world::NumStartFrames(clip)));
     limit.set_loops(clip.loops());
   }
-  limits.set_physics(task.state_size());
+  limits.set_state_size(task.state_size());
   limits.set_joints(task.action_width());
   limits.set_max_episode_steps(task.recipe().task().max_episode_steps());
   limits.set_recovery_steps(task.recovery().on() ? task.recovery().most_steps()

@@ -18,6 +18,7 @@
 #include "absl/types/span.h"
 #include "common/mutex.h"
 #include "proto/sinew/v1/replay.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "replay/client/replay.h"
 #include "replay/replay_metrics.h"
 #include "replay/validate.h"

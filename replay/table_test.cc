@@ -13,6 +13,7 @@
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "replay/testing/segments.h"
 #include "replay/validate.h"
 
@@ -275,7 +276,7 @@ TEST(Table, RefusesStatesBeyondTheLimitsOfTheRun) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("open: limits.clips: expected >= 1")));
   limits.add_clips()->set_start_frames(9);
-  limits.set_physics(2);  // MakeSegment's states have one number
+  limits.set_state_size(2);  // MakeSegment's states have one number
   limits.set_joints(1);
   limits.set_max_episode_steps(9);
   ASSERT_THAT(f.table.Open(request), IsOk());
@@ -284,6 +285,10 @@ TEST(Table, RefusesStatesBeyondTheLimitsOfTheRun) {
 
   EXPECT_EQ(f.Put(1, MakeSegmentBytes(1)), Response::VERDICT_MALFORMED);
   EXPECT_EQ(f.Put(2, MakeSegmentBytes(2)), Response::VERDICT_MALFORMED);
+
+  // Not beyond a reset.
+  ASSERT_THAT(f.table.Open(MakeOpen({1}, 0, true)), IsOk());
+  EXPECT_EQ(f.Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
 }
 
 TEST(Table, SaysThatItServesNoRunYet) {

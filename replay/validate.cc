@@ -113,39 +113,79 @@ bool ColumnsAreFinite(const v1::Segment& segment) {
   return true;
 }
 
-// Fills `error` if need be, with what of the segment it is about.
-bool Fits(const absl::Status& status, absl::string_view field, int index,
-          std::optional<std::string>& error) {
-  if (!status.ok()) {
-    error = absl::StrCat(field, "[", index, "].", status.message());
-  }
-  return status.ok();
+// nullopt: it is in order.
+std::optional<std::string> Against(absl::string_view field, int index,
+                                   const absl::Status& status) {
+  if (status.ok()) return std::nullopt;
+  return absl::StrCat(field, "[", index, "].", status.message());
 }
 
-// States that no rollout can go on from, and places that the library lacks;
-// nullopt: none.
+// Places that the library lacks, that of the result and those to which its body
+// was carried; nullopt: none.
+std::optional<std::string> WrongPlace(int index,
+                                      const v1::EvaluationResult& result,
+                                      const v1::StateLimits& limits) {
+  if (auto text =
+          Against("results", index,
+                  CheckPlace(result.clip(), result.start_frame(), limits))) {
+    return text;
+  }
+  for (int i = 0; i < result.carried_size(); ++i) {
+    const auto& to = result.carried(i);
+    if (auto text = Against(absl::StrCat("results[", index, "].carried"), i,
+                            CheckPlace(to.clip(), to.start_frame(), limits))) {
+      return text;
+    }
+  }
+  return std::nullopt;
+}
+
+// States that no rollout can go on from, episodes and results that none can
+// have had; nullopt: none.
 std::optional<std::string> BeyondLimits(const v1::StateLimits& limits,
                                         const v1::Segment& segment) {
-  std::optional<std::string> error;
   for (int i = 0; i < segment.end_states_size(); ++i) {
-    const absl::Status status = CheckState(segment.end_states(i), limits);
-    if (!Fits(status, "end_states", i, error)) return error;
+    if (auto text = Against("end_states", i,
+                            CheckState(segment.end_states(i), limits))) {
+      return text;
+    }
   }
   for (int i = 0; i < segment.episodes_size(); ++i) {
-    const v1::EpisodeEnd& episode = segment.episodes(i);
-    const absl::Status status =
-        CheckPlace(episode.clip(), episode.start_frame(), limits);
-    if (!Fits(status, "episodes", i, error)) return error;
-    if (episode.steps() < 1) {
-      return absl::StrCat("episodes[", i, "].steps: expected >= 1, found ",
-                          episode.steps());
+    if (auto text =
+            Against("episodes", i, CheckEpisode(segment.episodes(i), limits))) {
+      return text;
     }
   }
   for (int i = 0; i < segment.results_size(); ++i) {
-    const v1::EvaluationResult& result = segment.results(i);
-    const absl::Status status =
-        CheckPlace(result.clip(), result.start_frame(), limits);
-    if (!Fits(status, "results", i, error)) return error;
+    if (auto text = WrongPlace(i, segment.results(i), limits)) return text;
+  }
+  return std::nullopt;
+}
+
+// What is wrong whatever the library is; nullopt: nothing.
+template <typename Items>
+std::optional<std::string> BelowZero(absl::string_view field,
+                                     const Items& items) {
+  for (int i = 0; i < items.size(); ++i) {
+    const auto& item = items[i];
+    if (item.clip() < 0 || item.start_frame() < 0) {
+      return absl::StrCat(field, "[", i,
+                          "]: expected clip and start_frame >= 0, found ",
+                          item.clip(), " and ", item.start_frame());
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> WrongCounts(const v1::Segment& segment) {
+  if (auto text = BelowZero("end_states", segment.end_states())) return text;
+  if (auto text = BelowZero("episodes", segment.episodes())) return text;
+  if (auto text = BelowZero("results", segment.results())) return text;
+  for (int i = 0; i < segment.episodes_size(); ++i) {
+    const int32_t steps = segment.episodes(i).steps();
+    if (steps >= 1) continue;
+    return absl::StrCat("episodes[", i, "].steps: expected >= 1, found ",
+                        steps);
   }
   return std::nullopt;
 }
@@ -281,6 +321,9 @@ Response Judge(const Expectation& expectation, absl::string_view bytes,
   }
   if (const auto detail = NonFiniteField(segment)) {
     return Refuse(order_id, Response::VERDICT_NON_FINITE, *detail);
+  }
+  if (const auto detail = WrongCounts(segment)) {
+    return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
   }
   if (expectation.limits != nullptr) {
     if (const auto detail = BeyondLimits(*expectation.limits, segment)) {

@@ -19,7 +19,8 @@ struct Expectation {
   v1::OpenRequest::Expected expected;
   // Null if no columns are checked (expected.steps is 0).
   std::shared_ptr<const v1::SegmentLayout> layout;
-  // Null: states and places are not checked but for finite numbers.
+  // Null: neither sizes nor upper bounds of states, episodes and results are
+  // checked.
   std::shared_ptr<const v1::StateLimits> limits;
 };
 

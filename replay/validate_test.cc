@@ -12,6 +12,7 @@
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 #include "replay/testing/segments.h"
 
 namespace sinew::replay {
@@ -162,7 +163,7 @@ TEST(Judge, RefusesResultsThatNoEvaluationAskedFor) {
 std::shared_ptr<const v1::StateLimits> Limits() {
   auto limits = std::make_shared<v1::StateLimits>();
   for (int i = 0; i < 3; ++i) limits->add_clips()->set_start_frames(9);
-  limits->set_physics(2);
+  limits->set_state_size(2);
   limits->set_joints(1);
   limits->set_max_episode_steps(100);
   return limits;
@@ -204,12 +205,20 @@ TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
             "episodes[0].clip: expected 0 to 2, found 3");
   EXPECT_EQ(detail([](auto& episode) { episode.set_start_frame(9); }),
             "episodes[0].start_frame: expected 0 to 8, found 9");
+  EXPECT_EQ(detail([](auto& episode) { episode.set_steps(10); }),
+            "episodes[0].steps: expected 1 to 9, found 10");
+}
+
+TEST(Judge, ChecksLessForALearnerThatSaysNoLimits) {
+  const auto detail = [](auto change) {
+    return DetailWithin(
+        nullptr, [&](auto& segment) { change(*segment.mutable_episodes(0)); });
+  };
+  EXPECT_EQ(detail([](auto& episode) { episode.set_clip(3); }), "");
+  EXPECT_EQ(detail([](auto& episode) { episode.set_start_frame(-1); }),
+            "episodes[0]: expected clip and start_frame >= 0, found 2 and -1");
   EXPECT_EQ(detail([](auto& episode) { episode.set_steps(0); }),
             "episodes[0].steps: expected >= 1, found 0");
-  // A learner of old.
-  EXPECT_EQ(DetailWithin(nullptr,
-                         [](auto& s) { s.mutable_episodes(0)->set_clip(3); }),
-            "");
 }
 
 TEST(Judge, RefusesStatesThatNoRolloutCanGoOnFrom) {
@@ -233,10 +242,15 @@ TEST(Judge, RefusesAResultOfAClipThatIsNotThere) {
   v1::Segment segment = MakeSegment(7), parsed;
   segment.clear_columns();
   segment.clear_end_states();
-  segment.add_results()->set_clip(3);
-
+  v1::EvaluationResult& result = *segment.add_results();
+  result.set_clip(3);
   EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
             "results[0].clip: expected 0 to 2, found 3");
+
+  result.set_clip(2);
+  result.add_carried()->set_start_frame(9);
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
+            "results[0].carried[0].start_frame: expected 0 to 8, found 9");
 }
 
 TEST(Judge, SurvivesEveryTruncationAndBitFlip) {

@@ -16,12 +16,17 @@
 #include "common/policy/latent_builder.h"
 #include "common/policy/safetensors.h"
 #include "common/policy/teacher_graph.h"
+#include "common/segment/state_limits.h"
+#include "common/testing/matchers.h"
+#include "gmock/gmock.h"
 #include "sim/world/fallen_states.h"
 #include "sim/world/testing/task_rig.h"
 #include "sim/world/testing/toy_world.h"
 
 namespace sinew::actor::testing {
 namespace {
+
+using ::sinew::testing::IsOk;
 
 std::map<std::string, std::string> AssetBytes(
     const world::testing::ToyWorld& toy) {
@@ -175,7 +180,24 @@ v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
 }
 
 v1::Segment RolloutRig::Run(const v1::Order& order) {
-  return worker->Run(order, *snapshot).value();
+  v1::Segment segment = worker->Run(order, *snapshot).value();
+  // Whatever it was about, replay would keep it.
+  const v1::StateLimits& limits = assets->limits();
+  EXPECT_THAT(CheckLimits(limits), IsOk());
+  for (const v1::EnvironmentState& state : segment.end_states()) {
+    EXPECT_THAT(CheckState(state, limits), IsOk());
+  }
+  for (const v1::EpisodeEnd& episode : segment.episodes()) {
+    EXPECT_THAT(CheckEpisode(episode, limits), IsOk());
+  }
+  for (const v1::EvaluationResult& result : segment.results()) {
+    EXPECT_THAT(CheckPlace(result.clip(), result.start_frame(), limits),
+                IsOk());
+    for (const auto& to : result.carried()) {
+      EXPECT_THAT(CheckPlace(to.clip(), to.start_frame(), limits), IsOk());
+    }
+  }
+  return segment;
 }
 
 void RolloutRig::ExpectSameBytes(const v1::Order& order,

@@ -25,7 +25,7 @@ struct ClipSummary {
   int32_t clip = 0;
   bool left_out = false;             // of training
   bool success = false;              // all its starts succeeded
-  bool first_start_success = false;  // that on its earliest frame
+  bool first_start_success = false;  // its start on the earliest frame did
   int32_t starts = 0;
   int32_t succeeded_starts = 0;
   int64_t frames = 0;            // compared, over all starts
@@ -38,7 +38,8 @@ struct ClipSummary {
 struct SetSummary {
   int32_t clips = 0;
   int32_t succeeded_clips = 0;        // by all their starts
-  int32_t first_start_successes = 0;  // clips whose first start succeeded
+  int32_t first_start_successes = 0;  // clips by their start on the earliest
+                                      // frame
   int32_t starts = 0;
   int32_t succeeded_starts = 0;
   int64_t frames = 0;

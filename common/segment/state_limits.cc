@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 
 namespace sinew {
@@ -55,14 +56,14 @@ absl::Status CheckRecovery(const v1::EnvironmentState& state,
   return absl::OkStatus();
 }
 
-// Steps after which an episode that began there is over.
-int64_t MostSteps(const v1::EnvironmentState& state,
+// Steps after which an episode that began there is over, those apart in which
+// its reference stands.
+int64_t MostSteps(int32_t clip, int32_t start_frame,
                   const v1::StateLimits& limits) {
-  const v1::StateLimits::Clip& clip = limits.clips(state.clip());
   const int64_t most = limits.max_episode_steps();
-  return clip.loops() ? most
-                      : std::min<int64_t>(
-                            most, clip.start_frames() - state.start_frame());
+  const v1::StateLimits::Clip& limit = limits.clips(clip);
+  if (limit.loops()) return most;
+  return std::min<int64_t>(most, limit.start_frames() - start_frame);
 }
 
 }  // namespace
@@ -70,22 +71,34 @@ int64_t MostSteps(const v1::EnvironmentState& state,
 absl::Status CheckLimits(const v1::StateLimits& limits) {
   SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.clips", 1, limits.clips_size()));
   for (int i = 0; i < limits.clips_size(); ++i) {
-    SINEW_RETURN_IF_ERROR(
-        CheckAtLeast(absl::StrCat("limits.clips[", i, "].start_frames"), 1,
-                     limits.clips(i).start_frames()));
+    const int32_t frames = limits.clips(i).start_frames();
+    if (frames >= 1) continue;
+    return CheckAtLeast(absl::StrCat("limits.clips[", i, "].start_frames"), 1,
+                        frames);
   }
-  SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.physics", 1, limits.physics()));
+  SINEW_RETURN_IF_ERROR(
+      CheckAtLeast("limits.state_size", 1, limits.state_size()));
   SINEW_RETURN_IF_ERROR(CheckAtLeast("limits.joints", 1, limits.joints()));
   SINEW_RETURN_IF_ERROR(
       CheckAtLeast("limits.max_episode_steps", 1, limits.max_episode_steps()));
   return CheckAtLeast("limits.recovery_steps", 0, limits.recovery_steps());
 }
 
-absl::Status CheckPlace(int64_t clip, int64_t start_frame,
+absl::Status CheckPlace(int32_t clip, int32_t start_frame,
                         const v1::StateLimits& limits) {
   SINEW_RETURN_IF_ERROR(CheckRange("clip", 0, limits.clips_size() - 1, clip));
-  const int64_t frames = limits.clips(static_cast<int>(clip)).start_frames();
+  const int64_t frames = limits.clips(clip).start_frames();
   return CheckRange("start_frame", 0, frames - 1, start_frame);
+}
+
+absl::Status CheckEpisode(const v1::EpisodeEnd& episode,
+                          const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(
+      CheckPlace(episode.clip(), episode.start_frame(), limits));
+  const int64_t most =
+      MostSteps(episode.clip(), episode.start_frame(), limits) +
+      limits.recovery_steps();
+  return CheckRange("steps", 1, most, episode.steps());
 }
 
 absl::Status CheckState(const v1::EnvironmentState& state,
@@ -93,14 +106,15 @@ absl::Status CheckState(const v1::EnvironmentState& state,
   SINEW_RETURN_IF_ERROR(CheckAtLeast("episode", 0, state.episode()));
   if (state.physics().empty()) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(
-      CheckNumbers("physics", state.physics(), limits.physics()));
+      CheckNumbers("physics", state.physics(), limits.state_size()));
   SINEW_RETURN_IF_ERROR(CheckNumbers("previous_target", state.previous_target(),
                                      limits.joints()));
   SINEW_RETURN_IF_ERROR(CheckPlace(state.clip(), state.start_frame(), limits));
+  SINEW_RETURN_IF_ERROR(CheckAtLeast("step", 0, state.step()));
   SINEW_RETURN_IF_ERROR(CheckRecovery(state, limits));
+  const int64_t most = MostSteps(state.clip(), state.start_frame(), limits);
   SINEW_RETURN_IF_ERROR(
-      CheckRange("step", 0, MostSteps(state, limits) - 1 + state.frozen_steps(),
-                 state.step()));
+      CheckRange("step", 0, most - 1 + state.frozen_steps(), state.step()));
   if (!std::isfinite(state.episode_return()) ||
       !std::isfinite(state.episode_error())) {
     return absl::InvalidArgumentError(absl::StrCat(

@@ -11,21 +11,26 @@ namespace sinew {
 
 // What every role that is handed states of environments asks of them: replay
 // before it keeps a segment, an actor before it takes up an order. Pure
-// functions; thread-safe; never block.
+// functions; thread-safe; never block. Errors: INVALID_ARGUMENT naming the
+// field, what was expected and what was found. All but CheckLimits want limits
+// that it has passed.
 
-// Whether the limits themselves make sense: INVALID_ARGUMENT names the field.
+// Whether the limits themselves make sense.
 absl::Status CheckLimits(const v1::StateLimits& limits);
 
-// Whether such a run's rollout may go on from `state`: INVALID_ARGUMENT names
-// the field of the state, what was expected and what was found. Nothing but
-// `episode` is looked at where `physics` is empty.
+// Whether such a run's rollout may go on from `state`. Nothing but `episode` is
+// looked at where `physics` is empty.
 absl::Status CheckState(const v1::EnvironmentState& state,
                         const v1::StateLimits& limits);
 
-// Whether an episode of such a run may have begun there: INVALID_ARGUMENT, as
-// above ("clip" or "start_frame").
-absl::Status CheckPlace(int64_t clip, int64_t start_frame,
+// Whether an episode of such a run may have begun there ("clip" or
+// "start_frame").
+absl::Status CheckPlace(int32_t clip, int32_t start_frame,
                         const v1::StateLimits& limits);
+
+// Whether an episode of such a run may have ended so: its place and its steps.
+absl::Status CheckEpisode(const v1::EpisodeEnd& episode,
+                          const v1::StateLimits& limits);
 
 }  // namespace sinew
 

@@ -7,6 +7,8 @@
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/state_limits.pb.h"
 
 namespace sinew {
 namespace {
@@ -22,7 +24,7 @@ v1::StateLimits MakeLimits() {
   v1::StateLimits::Clip& loop = *limits.add_clips();
   loop.set_start_frames(5);
   loop.set_loops(true);
-  limits.set_physics(3);
+  limits.set_state_size(3);
   limits.set_joints(2);
   limits.set_max_episode_steps(20);
   limits.set_recovery_steps(4);
@@ -84,6 +86,8 @@ TEST(CheckState, BoundsStepsByTheClipsEndAndTheEpisodes) {
   EXPECT_EQ(Against([](auto& s) { s.set_step(4); }), "");
   EXPECT_EQ(Against([](auto& s) { s.set_step(5); }),
             "step: expected 0 to 4, found 5");
+  EXPECT_EQ(Against([](auto& s) { s.set_step(-1); }),
+            "step: expected >= 0, found -1");
   const auto looping = [](int step) {
     return [step](v1::EnvironmentState& state) {
       state.set_clip(1);
@@ -117,9 +121,30 @@ TEST(CheckState, BoundsWhatIsLeftOfARecovery) {
       "start_kind: expected 0 to 4, found 9");
 }
 
-TEST(CheckPlace, TakesWhatIsWiderThanAnIndex) {
-  EXPECT_EQ(CheckPlace(int64_t{1} << 40, 0, MakeLimits()).message(),
-            "clip: expected 0 to 1, found 1099511627776");
+TEST(CheckPlace, NamesTheFrame) {
+  EXPECT_THAT(CheckPlace(1, 4, MakeLimits()), IsOk());
+  EXPECT_EQ(CheckPlace(1, 5, MakeLimits()).message(),
+            "start_frame: expected 0 to 4, found 5");
+  EXPECT_EQ(CheckPlace(0, -1, MakeLimits()).message(),
+            "start_frame: expected 0 to 8, found -1");
+}
+
+TEST(CheckEpisode, BoundsItsSteps) {
+  v1::EpisodeEnd episode;
+  episode.set_start_frame(3);
+  const auto against = [&episode](int steps) {
+    episode.set_steps(steps);
+    return std::string(CheckEpisode(episode, MakeLimits()).message());
+  };
+  // Six to the clip's end, and four in which the reference may stand.
+  EXPECT_EQ(against(10), "");
+  EXPECT_EQ(against(11), "steps: expected 1 to 10, found 11");
+  EXPECT_EQ(against(0), "steps: expected 1 to 10, found 0");
+  episode.set_clip(1);
+  EXPECT_EQ(against(24), "");
+  EXPECT_EQ(against(25), "steps: expected 1 to 24, found 25");
+  episode.set_clip(2);
+  EXPECT_EQ(against(1), "clip: expected 0 to 1, found 2");
 }
 
 TEST(CheckLimits, NamesTheFieldThatIsWrong) {
@@ -133,8 +158,8 @@ TEST(CheckLimits, NamesTheFieldThatIsWrong) {
             "limits.clips: expected >= 1, found 0");
   EXPECT_EQ(against([](auto& l) { l.mutable_clips(1)->set_start_frames(0); }),
             "limits.clips[1].start_frames: expected >= 1, found 0");
-  EXPECT_EQ(against([](auto& l) { l.set_physics(0); }),
-            "limits.physics: expected >= 1, found 0");
+  EXPECT_EQ(against([](auto& l) { l.set_state_size(0); }),
+            "limits.state_size: expected >= 1, found 0");
   EXPECT_EQ(against([](auto& l) { l.set_joints(0); }),
             "limits.joints: expected >= 1, found 0");
   EXPECT_EQ(against([](auto& l) { l.set_max_episode_steps(0); }),

@@ -154,8 +154,8 @@ TEST(G1Test, IsTheSameWorldInEveryRecipe) {
   const v1::Recipe student = Load("distil_experts_g1");
   EXPECT_THAT(student.task().action(), EqualsProto(track.task().action()));
   v1::Recipe latent = Load("pulse_g1");
-  for (const v1::Recipe* one : {&student, &latent}) {
-    EXPECT_THAT(one->distillation().teacher_action(),
+  for (const v1::Recipe& one : {student, latent}) {
+    EXPECT_THAT(one.distillation().teacher_action(),
                 EqualsProto(track.task().action()));
   }
   // One's teachers may be the other's.

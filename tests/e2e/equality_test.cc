@@ -68,15 +68,9 @@ TEST(EqualityTest, AKilledRunThatWentOnEqualsOneThatWasNotKilled) {
 
   for (int kill = 0; kill < 2; ++kill) {
     const int rows = rig.Rows("killed");
-    const auto process =
-        rig.Start(absl::StrCat("killed", kill), rig.Train("killed", 0));
-    // A run that goes on may begin by dropping rows.
-    rig.AwaitRows(*process, "killed",
-                  rows + 1 + static_cast<int>(random() % 3));
     // Somewhere within an iteration or a save.
-    (void)process->Wait(absl::Milliseconds(random() % 50));
-    process->Signal(SIGKILL);
-    (void)process->Wait(absl::Minutes(1));
+    rig.KillAfter("killed", rows + 1 + static_cast<int>(random() % 3),
+                  absl::Milliseconds(random() % 50), rig.Train("killed", 0));
   }
   // Wherever the kills found it, the end is beyond: rows are written before
   // states.

@@ -150,7 +150,9 @@ void TrainingRig::KillAfter(const std::string& run, int rows,
   AwaitRows(*process, run, rows);
   (void)process->Wait(moment);
   process->Signal(SIGKILL);
-  ASSERT_THAT(process->Wait(absl::Minutes(1)), IsOk());
+  const auto end = process->Wait(absl::Minutes(1));
+  ASSERT_THAT(end, IsOk());
+  ASSERT_EQ(end->signal, SIGKILL) << Output("killed");
 }
 
 std::string AddressIn(const std::string& log, const std::string& message) {

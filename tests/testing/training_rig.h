@@ -24,7 +24,7 @@ inline constexpr int kMisused = 2;
 // second, in fresh folders.
 //
 // Thread-safety: one caller. Ownership: owns the folders. Blocking: members
-// wait for processes or files, a minute at most. Errors: test failures.
+// wait for processes or files, two minutes at most. Errors: test failures.
 class TrainingRig {
  public:
   using Arguments = std::vector<std::string>;
@@ -63,7 +63,8 @@ class TrainingRig {
   // Waits for so many rows; the process must be running.
   void AwaitRows(Subprocess& process, const std::string& run, int rows) const;
   // Lets a run, begun or gone on with by `arguments`, reach so many rows and
-  // kills it a moment later, wherever it is then.
+  // kills it a moment later, wherever it is then; it must be running. A run
+  // that goes on may begin by dropping rows.
   void KillAfter(const std::string& run, int rows, absl::Duration moment,
                  const Arguments& arguments) const;
 

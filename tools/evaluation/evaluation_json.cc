@@ -179,7 +179,7 @@ Json Definitions(const Subject& subject) {
       subject.assets->recipe().evaluation().max_mean_body_distance();
   return {
       {"success", "a clip succeeds if all its starts survive"},
-      {"first_start_success", "the start on its earliest frame survives"},
+      {"first_start_success", "its start on the first frame survives"},
       {"survived",
        "the mean distance of tracked bodies from the reference "
        "never exceeds fall_distance_m"},

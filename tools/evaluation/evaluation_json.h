@@ -25,8 +25,8 @@ struct EvaluationSource {
 //
 //   overall, successful, zero_action
 //             sets of clips: clips, succeeded_clips, success_rate,
-//             first_start_successes (clips that survive from their earliest
-//             start), starts, succeeded_starts, survived_share, frames,
+//             first_start_successes (clips that survive from their first
+//             frame), starts, succeeded_starts, survived_share, frames,
 //             e_g_mpjpe_mm, e_mpjpe_mm, e_acc, e_vel, body_mm (in the order of
 //             `bodies`). Errors are null where no frame was compared.
 //   training, left_out

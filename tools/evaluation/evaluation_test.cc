@@ -152,6 +152,25 @@ TEST(Evaluation, WritesLeftOutClipsApartWhereThereAreAny) {
   EXPECT_EQ(split["left_out"]["starts"], 3);
 }
 
+TEST(Evaluation, TellsWhatSurvivesFromItsFirstFrame) {
+  const Json one =
+      Json::parse(JsonWith(RandomSubject(), {.starts = 1, .seconds = 0.5}));
+  EXPECT_EQ(one["overall"]["first_start_successes"],
+            one["overall"]["succeeded_clips"]);
+
+  const Json two =
+      Json::parse(JsonWith(RandomSubject(), {.starts = 2, .seconds = 0.5}));
+  int survive = 0;
+  for (size_t i = 0; i < two["clips"].size(); ++i) {
+    const Json& clip = two["clips"][i];
+    survive += clip["first_start_success"] ? 1 : 0;
+    // The other start is another; the first is the same.
+    EXPECT_EQ(clip["first_start_success"],
+              one["clips"][i]["first_start_success"]);
+  }
+  EXPECT_EQ(two["overall"]["first_start_successes"], survive);
+}
+
 TEST(Evaluation, CountsWhatTheImportTurnedAwayAsFailed) {
   const Subject subject = RandomSubject();
   const EvaluationOptions options = {.starts = 1, .seconds = 0.5};

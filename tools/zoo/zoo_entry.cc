@@ -84,11 +84,12 @@ absl::Status CheckChapters(const std::string& file, const std::string& card,
   return absl::OkStatus();
 }
 
-// What training goes on from is of the recipe beside it.
-absl::Status CheckState(const std::string& folder, const v1::Recipe& recipe) {
+// What training goes on from is of the recipe beside it, the file as its run
+// wrote it.
+absl::Status CheckState(const std::string& folder, const std::string& recipe) {
   SINEW_ASSIGN_OR_RETURN(const tools::CompactState state,
                          tools::ReadCompactState(folder, SystemClock()));
-  const std::string expected = Sha256Hex(PrintRecipe(WithDefaults(recipe)));
+  const std::string expected = Sha256Hex(recipe);
   const auto found = state.assets.find("recipe");
   if (found != state.assets.end() && found->second == expected) {
     return absl::OkStatus();
@@ -121,7 +122,7 @@ absl::Status CheckFiles(const std::string& folder,
         manifest.provenance().recipe(), "\", found \"", parsed.name(), "\""));
   }
   const std::string state = JoinPath(folder, "state");
-  return FileExists(state) ? CheckState(state, parsed) : absl::OkStatus();
+  return FileExists(state) ? CheckState(state, text) : absl::OkStatus();
 }
 
 }  // namespace

@@ -23,8 +23,8 @@ namespace sinew::zoo {
 // and may hold:
 //
 //   zoo/NAME/fallen.json   as eval.json
-//   zoo/NAME/state/        a compact state (tools/training/compact_state.h) of
-//                          this very recipe
+//   zoo/NAME/state/        a compact state (tools/training/compact_state.h),
+//                          recipe.textproto being its recipe to the byte
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
 // name the folder or file, expected and found.
