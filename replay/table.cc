@@ -116,6 +116,13 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
   if (request.run_id().empty()) {
     return absl::InvalidArgumentError("open: run_id: expected one, found \"\"");
   }
+  if (request.has_limits()) {
+    const absl::Status status = CheckLimits(request.limits());
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("open: ", status.message()));
+    }
+  }
   MutexLock lock(mu_);
   if (request.reset()) {
     Reset();
@@ -127,11 +134,6 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
     shared.layout = std::make_shared<const v1::SegmentLayout>(request.layout());
   }
   if (request.has_limits()) {
-    const absl::Status status = CheckLimits(request.limits());
-    if (!status.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("open: ", status.message()));
-    }
     shared.limits = std::make_shared<const v1::StateLimits>(request.limits());
   }
   SINEW_ASSIGN_OR_RETURN(std::vector<Entry> entries,
