@@ -87,7 +87,10 @@ TEST(DistillationTest, EndsWithTheSameBitsIfAnActorIsKilled) {
   process->Signal(SIGTERM);
   const auto end = process->Wait(absl::Minutes(1));
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("cut");
-  rig.MustRun("straight", rig.Train("straight", rig.Rows("cut"), begun));
+  // A run that is stopped may have a row of an iteration that it did not save.
+  const int last = rig.Rows("cut") + 2;
+  rig.MustRun("rest", with_actors("cut", last));
+  rig.MustRun("straight", rig.Train("straight", last, begun));
 
   EXPECT_EQ(rig.FingerprintOf("cut"), rig.FingerprintOf("straight"));
 }
