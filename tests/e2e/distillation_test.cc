@@ -87,7 +87,8 @@ TEST(DistillationTest, EndsWithTheSameBitsIfAnActorIsKilled) {
   process->Signal(SIGTERM);
   const auto end = process->Wait(absl::Minutes(1));
   ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("cut");
-  // A run that is stopped may have a row of an iteration that it did not save.
+  // A run that is stopped may have its next orders open, one that ends has
+  // none.
   const int last = rig.Rows("cut") + 2;
   rig.MustRun("rest", with_actors("cut", last));
   rig.MustRun("straight", rig.Train("straight", last, begun));
