@@ -5,6 +5,7 @@
 #include "common/policy/latent_graphs.h"
 #include "common/policy/teacher_graph.h"
 #include "common/segment/segment_layout.h"
+#include "common/segment/state_limits.h"
 #include "common/status_macros.h"
 #include "sim/world/tracking_task.h"
 
@@ -150,20 +151,17 @@ absl::Status CheckGetUp(const v1::Order& order, const std::string& field,
 }
 
 absl::Status CheckStart(const v1::Order& order, int index,
-                        const world::TrackingTask& task) {
-  const motion::Library& library = task.library();
+                        const RolloutAssets& assets) {
+  const world::TrackingTask& task = assets.task();
   const v1::EvaluationStart& start = order.starts(index);
   const std::string field = absl::StrCat("starts[", index, "]");
-  if (start.clip() < 0 || start.clip() >= library.num_clips()) {
-    return Error(order, field + ".clip",
-                 absl::StrCat("0 to ", library.num_clips() - 1), start.clip());
+  const absl::Status place =
+      CheckPlace(start.clip(), start.start_frame(), assets.limits());
+  if (!place.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "order ", order.order_id(), " field ", field, ".", place.message()));
   }
-  const v1::ClipInfo& clip = library.clip(start.clip());
-  const int64_t last_start = world::NumStartFrames(clip) - 1;
-  if (start.start_frame() < 0 || start.start_frame() > last_start) {
-    return Error(order, field + ".start_frame",
-                 absl::StrCat("0 to ", last_start), start.start_frame());
-  }
+  const v1::ClipInfo& clip = task.library().clip(start.clip());
   SINEW_RETURN_IF_ERROR(
       CheckFallen(order, field, start, task.num_fallen_states()));
   if (start.get_up()) return CheckGetUp(order, field, start, task);
@@ -177,7 +175,7 @@ absl::Status CheckStart(const v1::Order& order, int index,
 }
 
 absl::Status CheckEvaluation(const v1::Order& order,
-                             const world::TrackingTask& task,
+                             const RolloutAssets& assets,
                              int max_environments) {
   if (order.starts_size() < 1 || order.starts_size() > max_environments) {
     return Error(order, "starts", absl::StrCat("1 to ", max_environments),
@@ -188,7 +186,7 @@ absl::Status CheckEvaluation(const v1::Order& order,
                  order.states_size());
   }
   for (int i = 0; i < order.starts_size(); ++i) {
-    SINEW_RETURN_IF_ERROR(CheckStart(order, i, task));
+    SINEW_RETURN_IF_ERROR(CheckStart(order, i, assets));
   }
   return absl::OkStatus();
 }
@@ -214,7 +212,7 @@ absl::Status CheckOrder(const v1::Order& order,
     case v1::Order::KIND_TRAIN:
       return CheckTraining(order, snapshot, assets.task(), max_environments);
     case v1::Order::KIND_EVALUATE:
-      return CheckEvaluation(order, assets.task(), max_environments);
+      return CheckEvaluation(order, assets, max_environments);
     default:
       return Error(order, "kind", "KIND_TRAIN or KIND_EVALUATE",
                    static_cast<int>(order.kind()));

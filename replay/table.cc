@@ -8,6 +8,7 @@
 #include "absl/time/clock.h"
 #include "common/check.h"
 #include "common/segment/state_limits.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 
 namespace sinew::replay {
@@ -117,11 +118,7 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
     return absl::InvalidArgumentError("open: run_id: expected one, found \"\"");
   }
   if (request.has_limits()) {
-    const absl::Status status = CheckLimits(request.limits());
-    if (!status.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("open: ", status.message()));
-    }
+    SINEW_RETURN_IF_ERROR(WithContext(CheckLimits(request.limits()), "open"));
   }
   MutexLock lock(mu_);
   if (request.reset()) {

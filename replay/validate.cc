@@ -113,56 +113,6 @@ bool ColumnsAreFinite(const v1::Segment& segment) {
   return true;
 }
 
-// nullopt: it is in order.
-std::optional<std::string> Against(absl::string_view field, int index,
-                                   const absl::Status& status) {
-  if (status.ok()) return std::nullopt;
-  return absl::StrCat(field, "[", index, "].", status.message());
-}
-
-// Places that the library lacks, that of the result and those to which its body
-// was carried; nullopt: none.
-std::optional<std::string> WrongPlace(int index,
-                                      const v1::EvaluationResult& result,
-                                      const v1::StateLimits& limits) {
-  if (auto text =
-          Against("results", index,
-                  CheckPlace(result.clip(), result.start_frame(), limits))) {
-    return text;
-  }
-  for (int i = 0; i < result.carried_size(); ++i) {
-    const auto& to = result.carried(i);
-    if (auto text = Against(absl::StrCat("results[", index, "].carried"), i,
-                            CheckPlace(to.clip(), to.start_frame(), limits))) {
-      return text;
-    }
-  }
-  return std::nullopt;
-}
-
-// States that no rollout can go on from, episodes and results that none can
-// have had; nullopt: none.
-std::optional<std::string> BeyondLimits(const v1::StateLimits& limits,
-                                        const v1::Segment& segment) {
-  for (int i = 0; i < segment.end_states_size(); ++i) {
-    if (auto text = Against("end_states", i,
-                            CheckState(segment.end_states(i), limits))) {
-      return text;
-    }
-  }
-  for (int i = 0; i < segment.episodes_size(); ++i) {
-    if (auto text =
-            Against("episodes", i, CheckEpisode(segment.episodes(i), limits))) {
-      return text;
-    }
-  }
-  for (int i = 0; i < segment.results_size(); ++i) {
-    if (auto text = WrongPlace(i, segment.results(i), limits)) return text;
-  }
-  return std::nullopt;
-}
-
-// What is wrong whatever the library is; nullopt: nothing.
 template <typename Items>
 std::optional<std::string> BelowZero(absl::string_view field,
                                      const Items& items) {
@@ -177,7 +127,9 @@ std::optional<std::string> BelowZero(absl::string_view field,
   return std::nullopt;
 }
 
-std::optional<std::string> WrongCounts(const v1::Segment& segment) {
+// What is wrong whatever the run's limits are, for one that says none; nullopt:
+// nothing.
+std::optional<std::string> WrongWithoutLimits(const v1::Segment& segment) {
   if (auto text = BelowZero("end_states", segment.end_states())) return text;
   if (auto text = BelowZero("episodes", segment.episodes())) return text;
   if (auto text = BelowZero("results", segment.results())) return text;
@@ -188,6 +140,15 @@ std::optional<std::string> WrongCounts(const v1::Segment& segment) {
                         steps);
   }
   return std::nullopt;
+}
+
+// `limits` may be null. nullopt: it is within them.
+std::optional<std::string> BeyondLimits(const v1::StateLimits* limits,
+                                        const v1::Segment& segment) {
+  if (limits == nullptr) return WrongWithoutLimits(segment);
+  const absl::Status status = CheckSegment(segment, *limits);
+  if (status.ok()) return std::nullopt;
+  return std::string(status.message());
 }
 
 // The copied fields; nullopt: as expected.
@@ -322,13 +283,8 @@ Response Judge(const Expectation& expectation, absl::string_view bytes,
   if (const auto detail = NonFiniteField(segment)) {
     return Refuse(order_id, Response::VERDICT_NON_FINITE, *detail);
   }
-  if (const auto detail = WrongCounts(segment)) {
+  if (const auto detail = BeyondLimits(expectation.limits.get(), segment)) {
     return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
-  }
-  if (expectation.limits != nullptr) {
-    if (const auto detail = BeyondLimits(*expectation.limits, segment)) {
-      return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
-    }
   }
   return Refuse(order_id, Response::VERDICT_ACCEPTED, "");
 }

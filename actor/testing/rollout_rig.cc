@@ -182,21 +182,8 @@ v1::Order RolloutRig::EvaluationOrder(const std::vector<Start>& starts) const {
 v1::Segment RolloutRig::Run(const v1::Order& order) {
   v1::Segment segment = worker->Run(order, *snapshot).value();
   // Whatever it was about, replay would keep it.
-  const v1::StateLimits& limits = assets->limits();
-  EXPECT_THAT(CheckLimits(limits), IsOk());
-  for (const v1::EnvironmentState& state : segment.end_states()) {
-    EXPECT_THAT(CheckState(state, limits), IsOk());
-  }
-  for (const v1::EpisodeEnd& episode : segment.episodes()) {
-    EXPECT_THAT(CheckEpisode(episode, limits), IsOk());
-  }
-  for (const v1::EvaluationResult& result : segment.results()) {
-    EXPECT_THAT(CheckPlace(result.clip(), result.start_frame(), limits),
-                IsOk());
-    for (const auto& to : result.carried()) {
-      EXPECT_THAT(CheckPlace(to.clip(), to.start_frame(), limits), IsOk());
-    }
-  }
+  EXPECT_THAT(CheckLimits(assets->limits()), IsOk());
+  EXPECT_THAT(CheckSegment(segment, assets->limits()), IsOk());
   return segment;
 }
 

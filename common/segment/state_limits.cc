@@ -66,6 +66,14 @@ int64_t MostSteps(int32_t clip, int32_t start_frame,
   return std::min<int64_t>(most, limit.start_frames() - start_frame);
 }
 
+// Of an item of a list, what is said of it with the list's name before it.
+absl::Status OfItem(absl::string_view list, int index,
+                    const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::InvalidArgumentError(
+      absl::StrCat(list, "[", index, "].", status.message()));
+}
+
 }  // namespace
 
 absl::Status CheckLimits(const v1::StateLimits& limits) {
@@ -120,6 +128,30 @@ absl::Status CheckState(const v1::EnvironmentState& state,
     return absl::InvalidArgumentError(absl::StrCat(
         "episode_return and episode_error: expected finite numbers, found ",
         state.episode_return(), " and ", state.episode_error()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckSegment(const v1::Segment& segment,
+                          const v1::StateLimits& limits) {
+  for (int i = 0; i < segment.end_states_size(); ++i) {
+    SINEW_RETURN_IF_ERROR(
+        OfItem("end_states", i, CheckState(segment.end_states(i), limits)));
+  }
+  for (int i = 0; i < segment.episodes_size(); ++i) {
+    SINEW_RETURN_IF_ERROR(
+        OfItem("episodes", i, CheckEpisode(segment.episodes(i), limits)));
+  }
+  for (int i = 0; i < segment.results_size(); ++i) {
+    const v1::EvaluationResult& result = segment.results(i);
+    absl::Status status =
+        CheckPlace(result.clip(), result.start_frame(), limits);
+    for (int j = 0; status.ok() && j < result.carried_size(); ++j) {
+      const auto& to = result.carried(j);
+      status =
+          OfItem("carried", j, CheckPlace(to.clip(), to.start_frame(), limits));
+    }
+    SINEW_RETURN_IF_ERROR(OfItem("results", i, status));
   }
   return absl::OkStatus();
 }

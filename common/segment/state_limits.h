@@ -32,6 +32,11 @@ absl::Status CheckPlace(int32_t clip, int32_t start_frame,
 absl::Status CheckEpisode(const v1::EpisodeEnd& episode,
                           const v1::StateLimits& limits);
 
+// All of a segment: end states, episodes, and the places of results and of what
+// their bodies were carried to ("end_states[1].step").
+absl::Status CheckSegment(const v1::Segment& segment,
+                          const v1::StateLimits& limits);
+
 }  // namespace sinew
 
 #endif  // SINEW_COMMON_SEGMENT_STATE_LIMITS_H_

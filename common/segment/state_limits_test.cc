@@ -147,6 +147,30 @@ TEST(CheckEpisode, BoundsItsSteps) {
   EXPECT_EQ(against(1), "clip: expected 0 to 1, found 2");
 }
 
+TEST(CheckSegment, NamesTheItemThatIsWrong) {
+  v1::Segment good;
+  good.add_end_states()->set_episode(2);
+  *good.add_end_states() = MakeState();
+  good.add_episodes()->set_steps(9);
+  good.add_results()->add_carried()->set_start_frame(8);
+  EXPECT_THAT(CheckSegment(good, MakeLimits()), IsOk());
+  const auto against = [&good](auto change) {
+    v1::Segment segment = good;
+    change(segment);
+    return std::string(CheckSegment(segment, MakeLimits()).message());
+  };
+  EXPECT_EQ(against([](auto& s) { s.mutable_end_states(1)->set_step(5); }),
+            "end_states[1].step: expected 0 to 4, found 5");
+  EXPECT_EQ(against([](auto& s) { s.mutable_episodes(0)->set_clip(2); }),
+            "episodes[0].clip: expected 0 to 1, found 2");
+  EXPECT_EQ(against([](auto& s) { s.mutable_results(0)->set_clip(-1); }),
+            "results[0].clip: expected 0 to 1, found -1");
+  EXPECT_EQ(against([](auto& s) {
+              s.mutable_results(0)->mutable_carried(0)->set_start_frame(9);
+            }),
+            "results[0].carried[0].start_frame: expected 0 to 8, found 9");
+}
+
 TEST(CheckLimits, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(CheckLimits(MakeLimits()), IsOk());
   const auto against = [](auto change) {
