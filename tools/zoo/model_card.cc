@@ -206,8 +206,7 @@ int SeenOfLeftOut(const CardFacts& facts) {
 // "608 of 700 starts, 58 of 70 clips from their first frame".
 std::string StartsOf(const Json& set) {
   return absl::StrFormat(
-      "%d of %d starts, %s of %d clips from their first "
-      "frame",
+      "%d of %d starts, %s of %d clips from their first frame",
       static_cast<int64_t>(NumberAt(set, {"succeeded_starts"})),
       static_cast<int64_t>(NumberAt(set, {"starts"})),
       NumberCell(set, "first_start_successes", 0),
