@@ -7,7 +7,9 @@
 #include "absl/strings/str_cat.h"
 #include "common/digest.h"
 #include "common/finite.h"
+#include "common/segment/row_episodes.h"
 #include "common/segment/segment_layout.h"
+#include "common/segment/segment_size.h"
 #include "common/segment/state_limits.h"
 #include "common/status_macros.h"
 
@@ -15,14 +17,7 @@ namespace sinew::replay {
 namespace {
 
 using Response = v1::PutSegmentResponse;
-using Lead = v1::SegmentLayout;
 
-// Room for the physics row, previous target and episode of an environment
-// (some 2 KiB for a humanoid), and for message headers and names.
-constexpr int64_t kEnvironmentBytes = 16 << 10;
-constexpr int64_t kHeaderBytes = 64 << 10;
-// An episode that ended: at most one a step.
-constexpr int64_t kEpisodeBytes = 64;
 // Widths come from the wire: keep products of three factors in range.
 constexpr int64_t kMaxFactor = 1 << 20;
 
@@ -38,12 +33,6 @@ absl::Status OutOfRange(const Expectation& expectation, absl::string_view field,
   return absl::InvalidArgumentError(
       absl::StrCat("open order ", expectation.expected.order_id(), ": ", field,
                    ": expected ", expected, ", found ", found));
-}
-
-int64_t RowBytes(const v1::SegmentLayout::Column& column) {
-  int64_t bytes = ElementBytes(column.dtype());
-  for (int64_t extent : column.shape()) bytes *= extent;
-  return bytes;
 }
 
 absl::Status CheckLayout(const Expectation& expectation) {
@@ -79,6 +68,22 @@ bool StateIsFinite(const v1::EnvironmentState& state) {
          std::isfinite(state.goal_distance());
 }
 
+// All that is said of one start.
+bool ResultIsFinite(const v1::EvaluationResult& result) {
+  for (double sum : result.sum_body_mm()) {
+    if (!std::isfinite(sum)) return false;
+  }
+  return std::isfinite(result.sum_g_mpjpe_mm()) &&
+         std::isfinite(result.sum_mpjpe_mm()) &&
+         std::isfinite(result.sum_velocity()) &&
+         std::isfinite(result.sum_acceleration());
+}
+
+bool SecondsAreFinite(const v1::StageSeconds& seconds) {
+  return std::isfinite(seconds.simulate()) && std::isfinite(seconds.infer()) &&
+         std::isfinite(seconds.observe()) && std::isfinite(seconds.encode());
+}
+
 // Everything outside the columns; nullopt: finite.
 std::optional<std::string> NonFiniteField(const v1::Segment& segment) {
   for (int i = 0; i < segment.end_states_size(); ++i) {
@@ -93,11 +98,12 @@ std::optional<std::string> NonFiniteField(const v1::Segment& segment) {
     }
   }
   for (int i = 0; i < segment.results_size(); ++i) {
-    const v1::EvaluationResult& result = segment.results(i);
-    if (!std::isfinite(result.sum_g_mpjpe_mm() + result.sum_mpjpe_mm() +
-                       result.sum_velocity() + result.sum_acceleration())) {
+    if (!ResultIsFinite(segment.results(i))) {
       return absl::StrCat("results[", i, "]: expected finite numbers");
     }
+  }
+  if (!SecondsAreFinite(segment.seconds())) {
+    return "seconds: expected finite numbers";
   }
   return std::nullopt;
 }
@@ -147,6 +153,18 @@ std::optional<std::string> BeyondLimits(const v1::StateLimits* limits,
                                         const v1::Segment& segment) {
   if (limits == nullptr) return WrongWithoutLimits(segment);
   const absl::Status status = CheckSegment(segment, *limits);
+  if (status.ok()) return std::nullopt;
+  return std::string(status.message());
+}
+
+// Whether the episodes of its environments are as many as its rows ended;
+// nullopt: they are, or its layout does not say which rows did.
+std::optional<std::string> WrongEpisodes(const v1::Segment& segment) {
+  if (FindColumn(segment, column::kTerminated) == nullptr ||
+      FindColumn(segment, column::kTruncated) == nullptr) {
+    return std::nullopt;
+  }
+  const absl::Status status = EpisodesOfRows(segment).status();
   if (status.ok()) return std::nullopt;
   return std::string(status.message());
 }
@@ -230,20 +248,11 @@ absl::Status CheckExpectation(const Expectation& expectation) {
 }
 
 int64_t MaxSegmentBytes(const Expectation& expectation) {
-  const int64_t environments = expectation.expected.environments();
-  const int64_t rows = environments * expectation.expected.steps();
-  double bytes = static_cast<double>(kHeaderBytes) +
-                 static_cast<double>(environments) * kEnvironmentBytes +
-                 static_cast<double>(rows) * kEpisodeBytes;
-  if (expectation.layout != nullptr) {
-    for (const auto& column : expectation.layout->columns()) {
-      const double leading =
-          column.lead() == Lead::LEAD_BOUNDARY ? environments : rows;
-      bytes += leading * static_cast<double>(RowBytes(column));
-    }
-  }
-  constexpr double kMost = int64_t{1} << 62;
-  return static_cast<int64_t>(std::fmin(bytes, kMost));
+  const v1::OpenRequest::Expected& expected = expectation.expected;
+  return expected.steps() == 0
+             ? MaxEvaluationBytes(expected.environments())
+             : MaxTrainingBytes(*expectation.layout, expected.environments(),
+                                expected.steps());
 }
 
 Response Refuse(int64_t order_id, Response::Verdict verdict,
@@ -284,6 +293,9 @@ Response Judge(const Expectation& expectation, absl::string_view bytes,
     return Refuse(order_id, Response::VERDICT_NON_FINITE, *detail);
   }
   if (const auto detail = BeyondLimits(expectation.limits.get(), segment)) {
+    return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
+  }
+  if (const auto detail = WrongEpisodes(segment)) {
     return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
   }
   return Refuse(order_id, Response::VERDICT_ACCEPTED, "");

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "common/segment/segment_layout.h"
+#include "common/segment/segment_size.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -129,6 +129,29 @@ TEST(Judge, RefusesNumbersThatAreNotFinite) {
   });
   EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
   EXPECT_THAT(response.detail(), HasSubstr("episodes[0]"));
+  response = JudgeChanged([](auto& s) {
+    s.mutable_seconds()->set_infer(std::numeric_limits<double>::quiet_NaN());
+  });
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_EQ(response.detail(), "seconds: expected finite numbers");
+}
+
+TEST(Judge, RefusesErrorsThatAreNotFinite) {
+  Expectation expectation = MakeExpectation(7);
+  expectation.expected.set_steps(0);
+  expectation.expected.set_environments(1);
+  v1::Segment segment = MakeSegment(7), parsed;
+  segment.clear_columns();
+  segment.clear_end_states();
+  v1::EvaluationResult& result = *segment.add_results();
+  result.add_sum_body_mm(1);
+  result.add_sum_body_mm(std::numeric_limits<double>::quiet_NaN());
+
+  const Response response =
+      Judge(expectation, segment.SerializeAsString(), parsed);
+
+  EXPECT_EQ(response.verdict(), Response::VERDICT_NON_FINITE);
+  EXPECT_EQ(response.detail(), "results[0]: expected finite numbers");
 }
 
 TEST(Judge, ChecksNoColumnsOfAnEvaluation) {
@@ -233,6 +256,35 @@ TEST(Judge, RefusesStatesThatNoRolloutCanGoOnFrom) {
             "end_states[1].step: expected 0 to 5, found 6");
 }
 
+TEST(Judge, RefusesRowsOfAClipThatIsNotThere) {
+  const auto detail = [](int32_t clip) {
+    return DetailWithin(Limits(), [clip](auto& segment) {
+      std::string& data = *Column(segment, "clip").mutable_data();
+      std::memcpy(data.data() + 2 * sizeof(clip), &clip, sizeof(clip));
+    });
+  };
+  EXPECT_EQ(detail(2), "");
+  EXPECT_EQ(detail(3), "segment column clip[2]: expected 0 to 2, found 3");
+  EXPECT_EQ(detail(-1), "segment column clip[2]: expected 0 to 2, found -1");
+}
+
+TEST(Judge, RefusesFewerEpisodesThanItsRowsEnded) {
+  // Environment 1 ends in rows 0 and 2.
+  const auto judge = [](int64_t episode) {
+    return JudgeChanged([episode](auto& segment) {
+      for (int row : {0, 2}) {
+        (*Column(segment, "terminated")
+              .mutable_data())[row * kEnvironments + 1] = 1;
+      }
+      segment.mutable_end_states(1)->set_episode(episode);
+    });
+  };
+  EXPECT_EQ(judge(2).verdict(), Response::VERDICT_ACCEPTED);
+  EXPECT_EQ(judge(1).verdict(), Response::VERDICT_MALFORMED);
+  EXPECT_THAT(judge(1).detail(),
+              HasSubstr("end_states[1].episode: expected >= 2"));
+}
+
 TEST(Judge, RefusesAResultOfAClipThatIsNotThere) {
   Expectation expectation = MakeExpectation(7);
   expectation.expected.set_steps(0);
@@ -294,21 +346,15 @@ TEST(CheckExpectation, NamesTheFieldThatIsWrong) {
               StatusIs(kInvalid, HasSubstr("layout_sha256")));
 }
 
-TEST(MaxSegmentBytes, BoundsEverySegmentEvenWhenAllStepsAreTruncated) {
-  // One environment more costs its states, its steps and its boundary row.
+TEST(MaxSegmentBytes, IsOfResultsAloneForAnEvaluation) {
   Expectation expectation = MakeExpectation(7);
-  const int64_t two = MaxSegmentBytes(expectation);
-  EXPECT_GE(two, static_cast<int64_t>(MakeSegmentBytes(7).size()));
+  EXPECT_EQ(MaxSegmentBytes(expectation),
+            MaxTrainingBytes(TestLayout(), kEnvironments, kSteps));
 
-  v1::Segment segment = MakeSegment(7);
-  Column(segment, "truncated").set_data(std::string(6, '\1'));
-  Column(segment, "truncation_index").set_data(std::string(6 * 4, '\0'));
-  Column(segment, "truncation_observation").set_data(std::string(6 * 16, '\0'));
-  for (int i = 0; i < 6; ++i) {
-    segment.add_episodes()->set_steps(1);
-  }
+  expectation.expected.set_steps(0);
+  expectation.layout = nullptr;
 
-  EXPECT_GE(two, static_cast<int64_t>(segment.ByteSizeLong()));
+  EXPECT_EQ(MaxSegmentBytes(expectation), MaxEvaluationBytes(kEnvironments));
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 
 namespace sinew {
@@ -64,6 +67,25 @@ int64_t MostSteps(int32_t clip, int32_t start_frame,
   const v1::StateLimits::Clip& limit = limits.clips(clip);
   if (limit.loops()) return most;
   return std::min<int64_t>(most, limit.start_frames() - start_frame);
+}
+
+// Column "clip" of a training segment.
+absl::Status CheckRowClips(const v1::Segment& segment,
+                           const v1::StateLimits& limits) {
+  const v1::Tensor* column = FindColumn(segment, column::kClip);
+  if (column == nullptr || column->dtype() != v1::DATA_TYPE_INT32) {
+    return absl::OkStatus();
+  }
+  const std::string& data = column->data();
+  for (size_t i = 0; i + sizeof(int32_t) <= data.size(); i += sizeof(int32_t)) {
+    int32_t clip;
+    std::memcpy(&clip, data.data() + i, sizeof(clip));
+    if (clip >= 0 && clip < limits.clips_size()) continue;
+    return CheckRange(
+        absl::StrCat("segment column clip[", i / sizeof(clip), "]"), 0,
+        limits.clips_size() - 1, clip);
+  }
+  return absl::OkStatus();
 }
 
 // Of an item of a list, what is said of it with the list's name before it.
@@ -134,6 +156,7 @@ absl::Status CheckState(const v1::EnvironmentState& state,
 
 absl::Status CheckSegment(const v1::Segment& segment,
                           const v1::StateLimits& limits) {
+  SINEW_RETURN_IF_ERROR(CheckRowClips(segment, limits));
   for (int i = 0; i < segment.end_states_size(); ++i) {
     SINEW_RETURN_IF_ERROR(
         OfItem("end_states", i, CheckState(segment.end_states(i), limits)));

@@ -32,8 +32,9 @@ absl::Status CheckPlace(int32_t clip, int32_t start_frame,
 absl::Status CheckEpisode(const v1::EpisodeEnd& episode,
                           const v1::StateLimits& limits);
 
-// All of a segment: end states, episodes, and the places of results and of what
-// their bodies were carried to ("end_states[1].step").
+// All of a segment: end states, episodes, the clips of its rows, and the places
+// of results and of what their bodies were carried to ("end_states[1].step").
+// Its columns, if it has any, have passed CheckColumns (segment_layout.h).
 absl::Status CheckSegment(const v1::Segment& segment,
                           const v1::StateLimits& limits);
 

@@ -149,7 +149,7 @@ TEST(RunReplay, EndsWhenAskedTo) {
 
 // Evaluation segments: of any size up to their order's bound.
 constexpr int kSegments = 48;
-constexpr int kStarts = 80;
+constexpr int kStarts = 300;  // 4 KiB each
 constexpr int64_t kSegmentBytes = 1 << 20;
 
 std::string MakeLargeSegmentBytes(int64_t order_id) {

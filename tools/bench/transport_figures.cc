@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -84,7 +85,9 @@ Iteration MakeIteration(const TransportOptions& options, int iteration,
     segment.set_layout_sha256(layout);
     segment.clear_end_states();
     for (int e = 0; e < options.environments; ++e) {
-      segment.add_end_states()->mutable_physics()->Resize(kPhysicsNumbers, 0.5);
+      v1::EnvironmentState& state = *segment.add_end_states();
+      state.mutable_physics()->Resize(kPhysicsNumbers, 0.5);
+      state.set_episode(options.steps);  // as many as may have ended
     }
     v1::OpenRequest::Expected& expected = *result.open.add_expected();
     expected.set_order_id(segment.order_id());
@@ -125,8 +128,13 @@ absl::StatusOr<Cost> Measure(const Iteration& iteration,
   const std::clock_t cpu = std::clock();
   const auto begin = std::chrono::steady_clock::now();
   absl::Status sent;
-  std::jthread actor([&] { sent = Send(iteration, stream); });
-  const auto taken = replay.Take(kRun, iteration.ids, kTimeout, {});
+  std::stop_source refused;
+  std::jthread actor([&] {
+    sent = Send(iteration, stream);
+    if (!sent.ok()) refused.request_stop();
+  });
+  const auto taken =
+      replay.Take(kRun, iteration.ids, kTimeout, refused.get_token());
   const std::chrono::duration<double> wall =
       std::chrono::steady_clock::now() - begin;
   actor.join();

@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,10 +12,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "common/build_info.h"
+#include "common/cpu.h"
+#include "common/evaluation/evaluation_starts.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
 #include "learner/learner.h"
+#include "learner/trainer/replay_need.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/kept_fallen_states.h"
@@ -39,6 +43,23 @@ void LogLabels(const std::vector<v1::RunInputs::Source>& sources) {
              {"recipe", source.bundle().recipe()},
              {"clips", source.labelled_clips_size()}});
   }
+}
+
+// Labels of another build may differ in bits.
+void WarnOfOtherBuild(const v1::DescribeTeacherResponse& teacher) {
+  if (teacher.build().empty() || teacher.build() == BuildIdentity()) return;
+  LogWarning("the teacher is of another build: labels may differ in bits",
+             {{"expected", BuildIdentity()}, {"found", teacher.build()}});
+}
+
+absl::Status CheckReplay(const v1::Recipe& recipe, const TaskSetup& setup,
+                         int64_t limit_bytes) {
+  SINEW_ASSIGN_OR_RETURN(const std::vector<v1::EvaluationStart> starts,
+                         MakeEvaluationStarts(setup.library->manifest(),
+                                              recipe.evaluation().starts(),
+                                              recipe.evaluation().seconds()));
+  return learner::CheckReplayHolds(
+      recipe, setup.layout, static_cast<int64_t>(starts.size()), limit_bytes);
 }
 
 }  // namespace
@@ -78,6 +99,10 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
                        .security = options.security},
                       clock, stop, others, &notes);
                 }));
+  if (options.replay_address.empty()) {
+    SINEW_RETURN_IF_ERROR(CheckReplay(
+        options.recipe, setup, options.recipe.rollouts().replay_bytes()));
+  }
   SINEW_ASSIGN_OR_RETURN(
       std::optional<RunTeacher> teacher,
       OpenTeacher({.teachers = options.teachers,
@@ -93,6 +118,7 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
   run->run_id_ = learner::MakeRunId(options.recipe, setup.assets_sha256);
   SINEW_RETURN_IF_ERROR(run->OpenFolder());
   for (const std::string& note : notes) LogWarning(note);
+  if (run->teacher_) WarnOfOtherBuild(run->teacher_->annotator->description());
   SINEW_RETURN_IF_ERROR(run->OpenStore(setup));
   SINEW_RETURN_IF_ERROR(run->StartServices(setup));
   SINEW_RETURN_IF_ERROR(run->MakeTrainer(setup));
@@ -224,6 +250,12 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
   services.assets_sha256 = setup.assets_sha256;
   services.reissue_after = absl::Seconds(rollouts.reissue_seconds());
   SINEW_ASSIGN_OR_RETURN(services_, RunServices::Start(services));
+  // One that is away may come; what it then has no room for ends the run.
+  const auto replay = services_->replay().GetStatus();
+  if (replay.ok()) {
+    SINEW_RETURN_IF_ERROR(
+        CheckReplay(options_.recipe, setup, replay->limit_bytes()));
+  }
   run_metrics_ = std::make_unique<RunMetrics>(services_->metrics());
   saver_ = std::make_unique<learner::StateSaver>(
       store_->artifacts(), options_.recipe.checkpointing().keep(), clock_,
@@ -291,6 +323,10 @@ absl::Status TrainingRun::Restore() {
   if (counters.build() != BuildIdentity()) {
     LogWarning("the state is of another build: results may differ in bits",
                {{"expected", BuildIdentity()}, {"found", counters.build()}});
+  }
+  if (counters.cpu_class() != CpuClass()) {
+    LogWarning("the state is of another processor: results may differ in bits",
+               {{"expected", CpuClass()}, {"found", counters.cpu_class()}});
   }
   if (migrates_) return Migrate();
   SINEW_RETURN_IF_ERROR(trainer_->Restore(*state_));
