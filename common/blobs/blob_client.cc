@@ -49,14 +49,14 @@ absl::StatusOr<Blob> BlobClient::GetBlob(const std::string& sha256) {
   }
   const std::string name = absl::StrCat(options_.peer, ": blob ", sha256);
   rpc::ChunkAssembler payload(options_.max_bytes);
-  SINEW_RETURN_IF_ERROR(
-      WithContext(rpc::Retry(
-                      options_.backoff, options_.attempts,
-                      [&](absl::Duration wait) {
-                        return rpc::WaitFor(wait, options_.stop);
-                      },
-                      [&] { return Receive(sha256, payload); }),
-                  name));
+  SINEW_RETURN_IF_ERROR(WithContext(
+      rpc::Retry(
+          rpc::Backoff(options_.backoff, rpc::ProcessSeed()), options_.attempts,
+          [&](absl::Duration wait) {
+            return rpc::WaitFor(wait, options_.stop);
+          },
+          [&] { return Receive(sha256, payload); }),
+      name));
   auto bytes = std::make_shared<const std::string>(payload.Release());
   const std::string found = Sha256Hex(*bytes);
   if (found != sha256) {

@@ -2,30 +2,26 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "common/digest.h"
 
 namespace sinew {
 
-absl::StatusOr<std::string> BlobRing::Put(std::string bytes) {
-  const int64_t size = static_cast<int64_t>(bytes.size());
-  if (size > max_bytes_) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("blob: expected at most ", max_bytes_,
-                     " bytes in memory, found ", size));
-  }
+std::string BlobRing::Put(std::string bytes) {
   const std::string sha256 = Sha256Hex(bytes);
   Blob blob = std::make_shared<const std::string>(std::move(bytes));
   MutexLock lock(mu_);
-  if (blobs_.contains(sha256)) {
+  if (!blobs_.emplace(sha256, std::move(blob)).second) {
     order_.erase(std::find(order_.begin(), order_.end(), sha256));
-  } else {
-    blobs_.emplace(sha256, std::move(blob));
-    bytes_ += size;
   }
   order_.push_back(sha256);
-  while (bytes_ > max_bytes_) DropOldest();
+  while (order_.size() > max_blobs_) {
+    blobs_.erase(order_.front());
+    order_.pop_front();
+  }
   return sha256;
 }
 
@@ -40,18 +36,6 @@ absl::StatusOr<Blob> BlobRing::GetBlob(const std::string& sha256) {
     return absl::NotFoundError(absl::StrCat("no blob ", sha256, " in memory"));
   }
   return found->second;
-}
-
-int64_t BlobRing::bytes() const {
-  MutexLock lock(mu_);
-  return bytes_;
-}
-
-void BlobRing::DropOldest() {
-  const auto found = blobs_.find(order_.front());
-  bytes_ -= static_cast<int64_t>(found->second->size());
-  blobs_.erase(found);
-  order_.pop_front();
 }
 
 }  // namespace sinew

@@ -48,8 +48,7 @@ ServiceExperience::ServiceExperience(Options options, Dispatcher& dispatcher,
       clock_(clock) {}
 
 absl::Status ServiceExperience::Publish(const PublishedSnapshot& snapshot) {
-  SINEW_ASSIGN_OR_RETURN(const std::string sha256,
-                         snapshots_.Put(snapshot.bytes));
+  const std::string sha256 = snapshots_.Put(snapshot.bytes);
   if (sha256 != snapshot.sha256) {
     return absl::InternalError(
         absl::StrCat("snapshot ", snapshot.snapshot.version(), ": expected ",

@@ -202,7 +202,7 @@ class ServiceExperienceTest : public ::testing::Test {
   ServiceExperience::Options options_;
   DispatcherRig rig_{clock_};
   FakeReplay replay_;
-  BlobRing ring_{1 << 20};
+  BlobRing ring_{3};
   std::string log_;
   std::unique_ptr<ServiceExperience> experience_;
   std::thread actor_;

@@ -1,10 +1,15 @@
 #include "learner/service/learner_server.h"
 
+#include <cstddef>
+
 #include "absl/time/clock.h"
 #include "common/status_macros.h"
 
 namespace sinew::learner {
 namespace {
+
+// As learner/trainer/experience.h promises.
+constexpr size_t kKeptSnapshots = 3;
 
 // Of running calls, once there is nothing left to serve.
 constexpr absl::Duration kShutdownTimeout = absl::Seconds(1);
@@ -19,7 +24,7 @@ std::vector<BlobSource*> SourcesOf(BlobRing& snapshots, BlobSource* assets) {
 
 LearnerServer::LearnerServer(const Options& options)
     : dispatcher_(Dispatcher::Create(options.dispatcher)),
-      snapshots_(options.snapshot_bytes),
+      snapshots_(kKeptSnapshots),
       sources_(SourcesOf(snapshots_, options.assets)),
       blobs_(sources_) {}
 

@@ -1,7 +1,6 @@
 #ifndef SINEW_LEARNER_SERVICE_LEARNER_SERVER_H_
 #define SINEW_LEARNER_SERVICE_LEARNER_SERVER_H_
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,8 +36,6 @@ class LearnerServer {
     std::string listen;
     rpc::Security security = {};
     Dispatcher::Options dispatcher;
-    // Bound of the latest snapshots, bytes; three of 64 MiB and room.
-    int64_t snapshot_bytes = int64_t{256} << 20;
     // Served beside the snapshots; null: none.
     BlobSource* assets = nullptr;
     // Registered too.

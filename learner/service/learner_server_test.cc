@@ -41,21 +41,18 @@ class LearnerServerTest : public ::testing::Test {
   }
 
   rpc::SocketFolder folder_;
-  BlobRing assets_{1 << 20};
+  BlobRing assets_{8};
 };
 
 TEST_F(LearnerServerTest, ServesSnapshotsAndAssetsByDigest) {
   const auto server = LearnerServer::Start(Options());
   ASSERT_THAT(server, IsOk());
-  const auto snapshot = (*server)->snapshots().Put("snapshot");
-  const auto asset = assets_.Put("asset");
-  ASSERT_THAT(snapshot, IsOk());
-  ASSERT_THAT(asset, IsOk());
-
+  const std::string snapshot = (*server)->snapshots().Put("snapshot");
+  const std::string asset = assets_.Put("asset");
   BlobClient client(Channel(), {.peer = "learner"});
 
-  const auto first = client.GetBlob(*snapshot);
-  const auto second = client.GetBlob(*asset);
+  const auto first = client.GetBlob(snapshot);
+  const auto second = client.GetBlob(asset);
   ASSERT_THAT(first, IsOk());
   ASSERT_THAT(second, IsOk());
   EXPECT_EQ(**first, "snapshot");

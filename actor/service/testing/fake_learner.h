@@ -38,7 +38,7 @@ class FakeLearner {
   std::string PublishAssets(const std::map<std::string, std::string>& assets);
   v1::DispatcherMessage::Welcome MakeWelcome() const;
 
-  BlobRing blobs_{int64_t{1} << 30};
+  BlobRing blobs_{1024};
   const std::string assets_sha256_;
   replay::TestReplay replay_;
   FakeDispatcher dispatcher_;
