@@ -1,7 +1,5 @@
 #include "actor/service/actor.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -98,7 +96,7 @@ absl::Status Actor::Run(const StopToken& stop) {
 }
 
 absl::Status Actor::Serve(const StopToken& stop) {
-  rpc::Backoff backoff(options_.backoff, static_cast<uint64_t>(getpid()));
+  rpc::Backoff backoff(options_.backoff, rpc::ProcessSeed());
   absl::Duration left = options_.reconnect_timeout;
   CondVar::TimePoint deadline = After(left);
   while (true) {

@@ -1,7 +1,5 @@
 #include "actor/service/replay_sender.h"
 
-#include <unistd.h>
-
 #include <chrono>
 #include <utility>
 
@@ -19,7 +17,7 @@ ReplaySender::ReplaySender(Options options, Outbox& outbox,
       outbox_(outbox),
       metrics_(metrics),
       on_verdict_(std::move(on_verdict)),
-      backoff_(options_.backoff, static_cast<uint64_t>(getpid())),
+      backoff_(options_.backoff, rpc::ProcessSeed()),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 ReplaySender::~ReplaySender() = default;

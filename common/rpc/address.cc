@@ -1,5 +1,7 @@
 #include "common/rpc/address.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <sys/un.h>
 
 #include "absl/status/status.h"
@@ -67,8 +69,13 @@ std::string AddressString(const Address& address) {
 }
 
 bool IsLocal(const Address& address) {
-  return address.is_unix() || address.host == "localhost" ||
-         address.host == "::1" || absl::StartsWith(address.host, "127.");
+  if (address.is_unix() || address.host == "localhost") return true;
+  // 127.0.0.0/8; a name that begins so may be anybody's.
+  in_addr four;
+  if (inet_pton(AF_INET, address.host.c_str(), &four) == 1) {
+    return ntohl(four.s_addr) >> 24 == 127;
+  }
+  return address.host == "::1";
 }
 
 }  // namespace sinew::rpc

@@ -27,10 +27,13 @@ TEST(Address, ReadsAndWritesEachForm) {
 TEST(Address, KnowsWhatStaysOnTheMachine) {
   EXPECT_TRUE(IsLocal(*ParseAddress("unix:a")));
   EXPECT_TRUE(IsLocal(*ParseAddress("127.0.0.1:1")));
+  EXPECT_TRUE(IsLocal(*ParseAddress("127.8.9.10:1")));
   EXPECT_TRUE(IsLocal(*ParseAddress("[::1]:1")));
   EXPECT_TRUE(IsLocal(*ParseAddress("localhost:1")));
   EXPECT_FALSE(IsLocal(*ParseAddress("0.0.0.0:1")));
   EXPECT_FALSE(IsLocal(*ParseAddress("learner:1")));
+  EXPECT_FALSE(IsLocal(*ParseAddress("127.example.org:1")));
+  EXPECT_FALSE(IsLocal(*ParseAddress("128.0.0.1:1")));
 }
 
 TEST(Address, RefusesWhatItCannotReachByName) {

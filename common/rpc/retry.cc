@@ -9,6 +9,11 @@
 
 namespace sinew::rpc {
 
+uint64_t ProcessSeed() {
+  static const uint64_t seed = std::random_device()();
+  return seed;
+}
+
 Backoff::Backoff(const BackoffOptions& options, uint64_t seed)
     : options_(options), base_(options.initial) {
   random_.seed(static_cast<std::minstd_rand::result_type>(seed));
@@ -33,10 +38,8 @@ bool WaitFor(absl::Duration duration, const std::stop_token& stop) {
   return !stop.stop_requested();
 }
 
-absl::Status Retry(const BackoffOptions& options, int max_attempts,
-                   const Waiter& wait,
+absl::Status Retry(Backoff backoff, int max_attempts, const Waiter& wait,
                    const std::function<absl::Status()>& attempt) {
-  Backoff backoff(options, /*seed=*/1);
   absl::Status status = attempt();
   for (int i = 1; i < max_attempts && IsTransient(status); ++i) {
     if (!wait(backoff.Next())) {

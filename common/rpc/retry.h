@@ -21,10 +21,14 @@ struct BackoffOptions {
   double jitter = 0.2;
 };
 
+// A number of this process alone, the same whenever it is asked: two processes,
+// also of containers whose process ids are equal, hardly ever have the same.
+uint64_t ProcessSeed();
+
 // The waits of one peer. Thread-safety: one thread. Blocking: never.
 class Backoff {
  public:
-  // Different callers take different seeds (say, the process id).
+  // Different callers take different seeds (ProcessSeed).
   Backoff(const BackoffOptions& options, uint64_t seed);
 
   // The next wait.
@@ -46,11 +50,11 @@ bool WaitFor(absl::Duration duration, const std::stop_token& stop);
 using Waiter = std::function<bool(absl::Duration)>;
 
 // Calls `attempt` until it returns OK or an error that is not transient
-// (IsTransient), at most `max_attempts` (>= 1) times, waiting in between.
+// (IsTransient), at most `max_attempts` (>= 1) times, waiting in between as
+// `backoff` says.
 // Returns the last error; CANCELLED, with the last error's text, once `wait`
 // says to give up. Only for idempotent calls, each with its own deadline.
-absl::Status Retry(const BackoffOptions& options, int max_attempts,
-                   const Waiter& wait,
+absl::Status Retry(Backoff backoff, int max_attempts, const Waiter& wait,
                    const std::function<absl::Status()>& attempt);
 
 }  // namespace sinew::rpc

@@ -56,7 +56,8 @@ TEST(Retry, TriesAgainUntilAPeerAnswers) {
   int waits = 0;
 
   const absl::Status status = Retry(
-      {}, /*max_attempts=*/5, [&](absl::Duration) { return ++waits > 0; },
+      Backoff({}, /*seed=*/1), /*max_attempts=*/5,
+      [&](absl::Duration) { return ++waits > 0; },
       [&] {
         return ++attempts < 3 ? absl::UnavailableError("away")
                               : absl::OkStatus();
@@ -71,7 +72,8 @@ TEST(Retry, GivesUpAfterItsAttempts) {
   int attempts = 0;
 
   const absl::Status status = Retry(
-      {}, /*max_attempts=*/3, [](absl::Duration) { return true; },
+      Backoff({}, /*seed=*/1), /*max_attempts=*/3,
+      [](absl::Duration) { return true; },
       [&] {
         ++attempts;
         return absl::UnavailableError("away");
@@ -85,7 +87,8 @@ TEST(Retry, NeverRepeatsARequestThatWasRefused) {
   int attempts = 0;
 
   const absl::Status status = Retry(
-      {}, /*max_attempts=*/3, [](absl::Duration) { return true; },
+      Backoff({}, /*seed=*/1), /*max_attempts=*/3,
+      [](absl::Duration) { return true; },
       [&] {
         ++attempts;
         return absl::NotFoundError("no");
@@ -97,7 +100,8 @@ TEST(Retry, NeverRepeatsARequestThatWasRefused) {
 
 TEST(Retry, EndsWithTheLastErrorWhenStopped) {
   const absl::Status status = Retry(
-      {}, /*max_attempts=*/3, [](absl::Duration) { return false; },
+      Backoff({}, /*seed=*/1), /*max_attempts=*/3,
+      [](absl::Duration) { return false; },
       [] { return absl::UnavailableError("away"); });
 
   EXPECT_THAT(status,

@@ -43,12 +43,14 @@ absl::StatusOr<Introduction> AwaitIntroduction(
     return clock.After(duration) < deadline && rpc::WaitFor(duration, cancel);
   };
   absl::StatusOr<Introduction> result;
-  (void)rpc::Retry(options.backoff, std::numeric_limits<int>::max(), wait, [&] {
-    result = Introduce(replica, timeout, cancel);
-    return MayCome(result.status())
-               ? absl::UnavailableError(result.status().message())
-               : result.status();
-  });
+  (void)rpc::Retry(
+      rpc::Backoff(options.backoff, rpc::ProcessSeed()),
+      std::numeric_limits<int>::max(), wait, [&] {
+        result = Introduce(replica, timeout, cancel);
+        return MayCome(result.status())
+                   ? absl::UnavailableError(result.status().message())
+                   : result.status();
+      });
   return result;
 }
 

@@ -22,8 +22,9 @@ ReplicaHealth::ReplicaHealth(const Options& options, Clock& clock)
     : options_(options), clock_(clock) {
   SINEW_CHECK(options.replicas >= 1 && options.late_factor >= 1);
   for (int i = 0; i < options.replicas; ++i) {
-    replicas_.push_back({.backoff = rpc::Backoff(options_.backoff, i + 1),
-                         .not_before = clock.SteadyNow()});
+    replicas_.push_back(
+        {.backoff = rpc::Backoff(options_.backoff, rpc::ProcessSeed() + i),
+         .not_before = clock.SteadyNow()});
   }
 }
 
