@@ -19,9 +19,19 @@
 namespace sinew::teacher {
 namespace {
 
+// Of calls that have no deadline.
 constexpr absl::Duration kLongestWait = absl::Minutes(1);
 // Room for digests and headers beside the rows of a message.
 constexpr int64_t kHeaderBytes = 64 << 10;
+
+// Until a call's deadline, which is in wall time.
+absl::Duration TimeLeft(const grpc::ServerContext& context) {
+  const auto deadline = context.deadline();
+  if (deadline == std::chrono::system_clock::time_point::max()) {
+    return kLongestWait;
+  }
+  return absl::FromChrono(deadline - std::chrono::system_clock::now());
+}
 
 v1::DescribeTeacherResponse Limited(v1::DescribeTeacherResponse description,
                                     int64_t max_batch_rows) {
@@ -116,14 +126,12 @@ absl::Status TeacherService::Answer(grpc::ServerContext& context,
                                     const v1::AnnotateRequest& request,
                                     v1::AnnotateResponse& response) {
   SINEW_RETURN_IF_ERROR(Check(request));
-  // The call's deadline is in wall time; without one it is the end of time.
-  const absl::Duration left =
-      absl::FromChrono(context.deadline() - std::chrono::system_clock::now());
+  const absl::Duration left = TimeLeft(context);
   const Batcher::Call call = {
       .rows = request.rows(),
       .observations = request.observations(),
       .bases = request.bases(),
-      .deadline = clock_.After(std::min(left, kLongestWait)),
+      .deadline = clock_.After(left),
       .cancelled = [&context] { return context.IsCancelled(); }};
   SINEW_ASSIGN_OR_RETURN(std::string targets, batcher_.Annotate(call));
   response.set_targets(std::move(targets));
