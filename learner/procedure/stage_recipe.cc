@@ -37,10 +37,8 @@ int64_t SamplesOf(const v1::Procedure& procedure, const Stage& stage) {
 
 int64_t DivideUp(int64_t a, int64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
 
-// Of a stage with as many environments as `rollouts` says.
-int64_t IterationsOf(int64_t samples, const v1::Rollouts& rollouts) {
-  return DivideUp(samples,
-                  int64_t{rollouts.environments()} * rollouts.horizon());
+int64_t SamplesOfIteration(const v1::Rollouts& rollouts) {
+  return int64_t{rollouts.environments()} * rollouts.horizon();
 }
 
 // Of the starts of a stage on some clips, what the others get.
@@ -108,10 +106,15 @@ void IgnoreEvaluations(v1::Recipe& recipe) {
   anneal.set_stall_evaluations(0);
 }
 
-// What counts of a stage are its last weights.
-void SettleBefore(int64_t samples, v1::Anneal& anneal) {
+// What counts of a stage are its last weights. An update learns with what the
+// iterations before it have annealed to, so annealing is over before the last.
+void SettleBeforeLast(const v1::Rollouts& rollouts, int64_t iterations,
+                      v1::Anneal& anneal) {
   if (anneal.std_factor() == 1 && anneal.learning_rate_factor() == 1) return;
-  anneal.set_begin_samples(std::max<int64_t>(1, samples - anneal.samples()));
+  const int64_t samples = SamplesOfIteration(rollouts);
+  const int64_t annealed = DivideUp(anneal.samples(), samples);
+  anneal.set_begin_samples(
+      std::max<int64_t>(1, (iterations - 1 - annealed) * samples));
 }
 
 }  // namespace
@@ -125,7 +128,8 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   if (IsOnHardSet(stage.kind)) {
     Enlarge(Enlargement(stage, recipe), derived);
   }
-  derived.set_max_iterations(IterationsOf(samples, derived.rollouts()));
+  derived.set_max_iterations(
+      DivideUp(samples, SamplesOfIteration(derived.rollouts())));
   derived.set_seed(recipe.seed() + kSeedStep * static_cast<uint64_t>(index));
   if (!recipe.name().empty()) {
     derived.set_name(absl::StrCat(recipe.name(), "_", StageName(stage)));
@@ -139,7 +143,8 @@ v1::Recipe StageRecipe(const v1::Recipe& recipe, const Stage& stage,
   const bool single = stage.kind == StageKind::kSingle;
   if (!recovers) derived.mutable_task()->clear_recovery();
   if (recovers || single) IgnoreEvaluations(derived);
-  SettleBefore(samples, *derived.mutable_ppo()->mutable_anneal());
+  SettleBeforeLast(derived.rollouts(), derived.max_iterations(),
+                   *derived.mutable_ppo()->mutable_anneal());
   // Its value network comes from an earlier stage, and so do its rewards.
   if (IsOnHardSet(stage.kind) || single) {
     derived.mutable_ppo()->set_value_warmup_iterations(0);

@@ -28,10 +28,11 @@ namespace sinew::learner {
 //                           the stage nor begin its annealing: they start on
 //                           the reference and say nothing of getting up; nor
 //                           in kSingle, which is to take all of its samples
-//   ppo.anneal.begin_samples   anneal.samples before the stage's end (from the
-//                           first sample on in a stage no longer than that), if
-//                           annealing changes anything, so that the weights
-//                           that count have settled
+//   ppo.anneal.begin_samples   whole iterations, anneal.samples at least,
+//                           before the stage's last one (from the first on in a
+//                           stage no longer than that), if annealing changes
+//                           anything, so that the weights that count have
+//                           settled
 //   ppo.value_warmup_iterations   not in kHard, kGrown and kSingle: their value
 //                           networks have learnt
 //   network.composer        in kComposer only

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "common/config/recipe.h"
 #include "common/testing/matchers.h"
+#include "learner/trainer/annealer.h"
 
 namespace sinew::learner {
 namespace {
@@ -71,7 +72,8 @@ TEST(StageRecipe, OfTheFirstStageIsTheRunOfTheSameRecipe) {
   expected.set_max_minutes(0);
   expected.set_max_iterations(11);  // 1601 / (16 * 10), rounded up
   expected.set_name("phc_primitive_0");
-  expected.mutable_ppo()->mutable_anneal()->set_begin_samples(1101);
+  expected.mutable_ppo()->mutable_anneal()->set_begin_samples(
+      960);  // (11 - 1 - 4) * 160
 
   const v1::Recipe found = StageRecipe(recipe, MakeStage(StageKind::kFull), 0);
 
@@ -129,7 +131,7 @@ TEST(StageRecipe, OfTheSinglePrimitiveIsThatOfTheFirstStageToItsLastSample) {
   v1::Anneal& anneal = *expected.mutable_ppo()->mutable_anneal();
   anneal.set_success_share(0);
   anneal.set_stall_evaluations(0);
-  anneal.set_begin_samples(2861);  // 3361 - 500
+  anneal.set_begin_samples(2720);  // (22 - 1 - 4) * 160
 
   const v1::Recipe found = StageRecipe(recipe, stage, /*index=*/5);
 
@@ -178,12 +180,33 @@ TEST(StageRecipe, SettlesBeforeItEnds) {
         .begin_samples();
   };
 
-  EXPECT_EQ(begin(StageKind::kHard), 1100);
+  // 10 iterations of 160 samples; 500 are 4 of them.
+  EXPECT_EQ(begin(StageKind::kHard), (10 - 1 - 4) * 160);
   EXPECT_EQ(begin(StageKind::kRecovery), 1);  // 160 samples in all
   recipe.mutable_ppo()->mutable_anneal()->set_std_factor(1);
-  EXPECT_EQ(begin(StageKind::kHard), 1100);
+  EXPECT_EQ(begin(StageKind::kHard), (10 - 1 - 4) * 160);
   recipe.mutable_ppo()->mutable_anneal()->set_learning_rate_factor(1);
   EXPECT_EQ(begin(StageKind::kHard), 0);
+}
+
+TEST(StageRecipe, LearnsLastWithWhatItHasAnnealedTo) {
+  for (const int64_t anneal_samples : {1, 100, 160, 161, 500}) {
+    v1::Recipe recipe = MakeRecipe();
+    v1::Anneal& anneal = *recipe.mutable_ppo()->mutable_anneal();
+    anneal.set_samples(anneal_samples);
+    const v1::Recipe stage =
+        StageRecipe(recipe, MakeStage(StageKind::kHard), 1);
+
+    // As the trainer: an update, then the factor of the next one.
+    Annealer annealer(stage.ppo().anneal());
+    double factor = 1;
+    for (int64_t i = 1; i < stage.max_iterations(); ++i) {
+      annealer.Advance(i * 160);
+      factor = annealer.LearningRateFactor(i * 160);
+    }
+
+    EXPECT_DOUBLE_EQ(factor, anneal.learning_rate_factor()) << anneal_samples;
+  }
 }
 
 TEST(StageRecipe, RehearsesWhereThePrimitiveGoesOnAlone) {
