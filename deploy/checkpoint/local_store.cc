@@ -14,6 +14,9 @@
 namespace sinew::checkpoint {
 namespace {
 
+// Of a reader beside a writer.
+constexpr int kLooks = 3;
+
 absl::Status RemoveTemporaryFiles(const std::string& folder) {
   SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> names,
                          ListDirectory(folder));
@@ -142,8 +145,15 @@ absl::Status LocalStore::PutArtifact(const v1::Artifact& artifact) {
 
 absl::StatusOr<v1::Artifact> LocalStore::GetArtifact(const std::string& name) {
   SINEW_RETURN_IF_ERROR(ValidateName("artifact id or alias", name));
-  SINEW_ASSIGN_OR_RETURN(const ArtifactIndex index, CurrentIndex());
-  return index.Get(name);
+  absl::StatusOr<v1::Artifact> found;
+  // Between its looks at artifacts and at aliases a reader may miss what a
+  // writer puts, names and collects.
+  for (int look = 0; look < (lock_ == nullptr ? kLooks : 1); ++look) {
+    SINEW_ASSIGN_OR_RETURN(const ArtifactIndex index, CurrentIndex());
+    found = index.Get(name);
+    if (!absl::IsDataLoss(found.status())) break;
+  }
+  return found;
 }
 
 absl::StatusOr<v1::ListArtifactsResponse> LocalStore::ListArtifacts(

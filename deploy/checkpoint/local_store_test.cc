@@ -220,8 +220,31 @@ TEST_F(LocalStoreTest, ListsATruncatedAlias) {
   const std::string path = JoinPath(folder_, "aliases/latest");
   ASSERT_THAT(WriteFileAtomically(path, "sha"), IsOk());
 
-  EXPECT_THAT(Open()->ListArtifacts("")->damaged(),
+  const auto store = Open();
+  EXPECT_THAT(store->ListArtifacts("")->damaged(),
               ElementsAre(HasSubstr(path)));
+  EXPECT_THAT(store->GetArtifact("latest"),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr(path)));
+  // It may have named what is old now.
+  ASSERT_THAT(Put(*store, "s2"), IsOk());
+  ASSERT_THAT(store->Retain("state", 1), IsOk());
+  EXPECT_THAT(store->GetArtifact("s1"), IsOk());
+}
+
+TEST_F(LocalStoreTest, RefusesTheRecordOfAnotherAlias) {
+  {
+    const auto store = Open();
+    ASSERT_THAT(Put(*store, "s1"), IsOk());
+    ASSERT_THAT(store->SetAlias("latest", "s1"), IsOk());
+  }
+  const std::string record = *ReadFile(JoinPath(folder_, "aliases/latest"));
+  ASSERT_THAT(WriteFileAtomically(JoinPath(folder_, "aliases/best"), record),
+              IsOk());
+
+  EXPECT_THAT(
+      Open()->GetArtifact("best"),
+      StatusIs(absl::StatusCode::kDataLoss,
+               HasSubstr("aliases/best: expected alias best, found latest")));
 }
 
 TEST_F(LocalStoreTest, DoesNotCountABrokenArtifactAmongThoseToKeep) {

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "deploy/checkpoint/client/validate_artifact.h"
 
 namespace sinew::checkpoint {
 namespace {
@@ -18,6 +19,17 @@ absl::StatusOr<std::string> BundleOf(ArtifactStore& store, const char* alias) {
 }
 
 }  // namespace
+
+absl::Status CheckArtifactId(const std::string& id) {
+  SINEW_RETURN_IF_ERROR(ValidateName("artifact id", id));
+  for (const char* alias : {kStable, kStablePrevious, "best", "latest"}) {
+    if (id != alias) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "artifact id: expected none that is the name of an alias, found \"", id,
+        "\""));
+  }
+  return absl::OkStatus();
+}
 
 absl::StatusOr<std::string> StableBundle(ArtifactStore& store) {
   return BundleOf(store, kStable);

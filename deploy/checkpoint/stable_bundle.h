@@ -24,6 +24,11 @@ inline constexpr char kStable[] = "stable";
 inline constexpr char kStablePrevious[] = "stable-previous";
 inline constexpr char kBundleKind[] = "bundle";
 
+// Whether an artifact may have that id: INVALID_ARGUMENT if it is no id, or a
+// name that a store's aliases have (stable, stable-previous, best, latest),
+// which it would stand in for.
+absl::Status CheckArtifactId(const std::string& id);
+
 // Id of the stable bundle; empty if there is none. FAILED_PRECONDITION: the
 // alias names an artifact of another kind.
 absl::StatusOr<std::string> StableBundle(ArtifactStore& store);

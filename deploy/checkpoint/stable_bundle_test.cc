@@ -4,8 +4,10 @@
 #include <string>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "common/clock.h"
+#include "common/files.h"
 #include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -101,6 +103,32 @@ TEST_F(StableBundleTest, SeesThatAnotherFirstOneCameAfterIt) {
 
 TEST_F(StableBundleTest, IsNoneAtFirst) {
   EXPECT_THAT(StableBundle(*store_), IsOkAndHolds(""));
+}
+
+TEST_F(StableBundleTest, IsNotNoneWhereItsRecordIsDamaged) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  store_.reset();
+  const std::string folder = sinew::testing::TestPath("store");
+  ASSERT_THAT(WriteFileAtomically(JoinPath(folder, "aliases/stable"), "sha"),
+              IsOk());
+  store_ = *LocalStore::Open(folder, clock_);
+  const auto is_damaged =
+      StatusIs(absl::StatusCode::kDataLoss, HasSubstr("aliases/stable"));
+
+  EXPECT_THAT(StableBundle(*store_), is_damaged);
+  EXPECT_THAT(MoveStable(*store_, "b", ""), is_damaged);
+}
+
+TEST(CheckArtifactId, RefusesWhatIsNoIdOrAnAlias) {
+  EXPECT_THAT(CheckArtifactId("bundle-1"), IsOk());
+  for (const char* id : {"stable", "stable-previous", "best", "latest"}) {
+    EXPECT_THAT(CheckArtifactId(id),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr("the name of an alias")))
+        << id;
+  }
+  EXPECT_THAT(CheckArtifactId("../x"),
+              StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
 TEST_F(StableBundleTest, MovesAndRemembersWhatItWas) {

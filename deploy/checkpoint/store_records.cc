@@ -112,10 +112,15 @@ absl::Status ReadAliases(const StoreFolders& folders, ArtifactIndex& index) {
     if (IsTemporaryName(name)) continue;
     v1::Alias alias;
     std::string reason;
-    SINEW_ASSIGN_OR_RETURN(const Reading reading,
-                           ReadRecord(folders.AliasPath(name), alias, reason));
+    const std::string path = folders.AliasPath(name);
+    SINEW_ASSIGN_OR_RETURN(Reading reading, ReadRecord(path, alias, reason));
+    if (reading == Reading::kGood && alias.name() != name) {
+      reading = Reading::kDamaged;
+      reason = absl::StrCat(path, ": expected alias ", name, ", found ",
+                            alias.name());
+    }
     if (reading == Reading::kGood) index.InsertAlias(name, alias.id());
-    if (reading == Reading::kDamaged) index.InsertDamagedAlias(reason);
+    if (reading == Reading::kDamaged) index.InsertDamagedAlias(name, reason);
   }
   return absl::OkStatus();
 }

@@ -83,6 +83,10 @@ absl::StatusOr<Promotion> PromoteBundle(const PromotionOptions& options,
                                         checkpoint::ArtifactStore& store,
                                         const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(options.rule.Validate());
+  if (!options.id.empty()) {
+    SINEW_RETURN_IF_ERROR(
+        WithContext(checkpoint::CheckArtifactId(options.id), "--id"));
+  }
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
                          checkpoint::ReadFolder(options.bundle));
   Promotion result;

@@ -14,6 +14,7 @@
 #include "common/clock.h"
 #include "common/logging.h"
 #include "common/rpc/credentials.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "common/stop.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -121,8 +122,7 @@ absl::Status Get(const StoreOptions& options, const StopToken& stop) {
   return absl::OkStatus();
 }
 
-// Refuses the names that promotion owns, as aliases and as ids that would stand
-// in for them.
+// Refuses the aliases that promotion owns.
 absl::Status CheckNotPromotions(const std::string& name) {
   if (name != checkpoint::kStable && name != checkpoint::kStablePrevious) {
     return absl::OkStatus();
@@ -136,7 +136,8 @@ absl::Status CheckNotPromotions(const std::string& name) {
 }
 
 absl::Status Put(const StoreOptions& options, const StopToken& stop) {
-  SINEW_RETURN_IF_ERROR(CheckNotPromotions(options.id));
+  SINEW_RETURN_IF_ERROR(
+      WithContext(checkpoint::CheckArtifactId(options.id), "--id"));
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
                          checkpoint::ReadFolder(options.folder));
   SINEW_ASSIGN_OR_RETURN(const auto store,

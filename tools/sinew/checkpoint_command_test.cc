@@ -102,11 +102,23 @@ TEST_F(CheckpointCommand, LeavesTheNamesOfPromotionToIt) {
               HasSubstr("--rollback")));
     EXPECT_THAT(Run(absl::StrCat("alias ", name, " bundle-1", store)),
                 is_refused);
-    EXPECT_THAT(Run(put + name), is_refused);
     EXPECT_THAT(Run(absl::StrCat("get ", name, " --out ", Path("out"), store)),
                 StatusIs(absl::StatusCode::kNotFound));
   }
   EXPECT_THAT(Run("alias stable-2026 bundle-1" + store), IsOk());
+}
+
+TEST_F(CheckpointCommand, RefusesIdsThatWouldStandInForAliases) {
+  for (const std::string name :
+       {"stable", "stable-previous", "best", "latest"}) {
+    EXPECT_THAT(
+        Run(absl::StrCat("put ", Path("bundle"), " --kind bundle --store ",
+                         Path("store"), " --id ", name)),
+        StatusIs(absl::StatusCode::kInvalidArgument,
+                 HasSubstr(absl::StrCat("--id: artifact id: expected none that "
+                                        "is the name of an alias, found \"",
+                                        name, "\""))));
+  }
 }
 
 TEST_F(CheckpointCommand, SpeaksTls) {

@@ -214,6 +214,11 @@ TEST_F(PromoteCommand, SaysWhichFlagsItNeeds) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("--bundle: expected none with --rollback, "
                                  "found x")));
+  // Before anything is evaluated.
+  EXPECT_THAT(Run("--bundle none --motions none --id stable"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("--id: artifact id: expected none that is "
+                                 "the name of an alias")));
   EXPECT_THAT(Promote("good", "--success-tolerance 2"),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("success-tolerance: expected 0 to 1")));

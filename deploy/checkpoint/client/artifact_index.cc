@@ -21,6 +21,10 @@ bool SameContent(v1::Artifact a, v1::Artifact b) {
 }  // namespace
 
 absl::StatusOr<v1::Artifact> ArtifactIndex::Get(const std::string& name) const {
+  if (const auto damaged = damaged_aliases_.find(name);
+      damaged != damaged_aliases_.end()) {
+    return absl::DataLossError(damaged->second);
+  }
   const auto alias = aliases_.find(name);
   const std::string& id = alias == aliases_.end() ? name : alias->second;
   if (const auto damaged = damaged_.find(id); damaged != damaged_.end()) {
@@ -28,11 +32,14 @@ absl::StatusOr<v1::Artifact> ArtifactIndex::Get(const std::string& name) const {
   }
   const auto found = artifacts_.find(id);
   if (found != artifacts_.end()) return found->second;
+  if (alias != aliases_.end()) {
+    return absl::DataLossError(absl::StrCat("alias ", name,
+                                            ": expected an artifact, found "
+                                            "none of the id that it names, ",
+                                            id));
+  }
   return absl::NotFoundError(
-      absl::StrCat("no artifact ", id,
-                   alias == aliases_.end()
-                       ? " and no such alias"
-                       : absl::StrCat(", which alias ", name, " names")));
+      absl::StrCat("no artifact ", id, " and no such alias"));
 }
 
 v1::ListArtifactsResponse ArtifactIndex::List(const std::string& kind) const {
@@ -56,7 +63,7 @@ v1::ListArtifactsResponse ArtifactIndex::List(const std::string& kind) const {
     alias.set_id(id);
   }
   for (const auto& [id, reason] : damaged_) list.add_damaged(reason);
-  for (const std::string& reason : damaged_aliases_) list.add_damaged(reason);
+  for (const auto& [name, reason] : damaged_aliases_) list.add_damaged(reason);
   return list;
 }
 
@@ -119,6 +126,10 @@ absl::Status ArtifactIndex::CheckAlias(const std::string& alias,
         absl::StrCat("alias ", alias, ": an artifact has this name"));
   }
   if (expected_id.empty()) return absl::OkStatus();
+  if (const auto damaged = damaged_aliases_.find(alias);
+      damaged != damaged_aliases_.end()) {
+    return absl::DataLossError(damaged->second);
+  }
   const auto found = aliases_.find(alias);
   const std::string now = found == aliases_.end() ? "" : found->second;
   if (now == expected_id || now == id) return absl::OkStatus();
@@ -130,16 +141,19 @@ absl::Status ArtifactIndex::CheckAlias(const std::string& alias,
 void ArtifactIndex::InsertAlias(const std::string& alias,
                                 const std::string& id) {
   aliases_[alias] = id;
+  damaged_aliases_.erase(alias);
 }
 
-void ArtifactIndex::InsertDamagedAlias(const std::string& reason) {
-  damaged_aliases_.push_back(reason);
+void ArtifactIndex::InsertDamagedAlias(const std::string& alias,
+                                       const std::string& reason) {
+  damaged_aliases_[alias] = reason;
 }
 
 std::vector<std::string> ArtifactIndex::Surplus(
     const std::string& kind, int keep,
     const std::function<bool(const v1::Artifact&)>& is_whole) const {
   std::vector<std::string> surplus;
+  if (!damaged_aliases_.empty()) return surplus;
   int whole = 0;
   const v1::ListArtifactsResponse list = List(kind);
   for (const v1::Artifact& artifact : list.artifacts()) {

@@ -29,7 +29,8 @@ class ArtifactIndex {
   static constexpr int64_t kMaxAge = 64;
 
   // --- Records ---------------------------------------------------------------
-  // By id or alias. NOT_FOUND; DATA_LOSS if the record is damaged.
+  // By id or alias. NOT_FOUND: there is neither; DATA_LOSS: its record is
+  // damaged, or the artifact that the alias names is gone.
   absl::StatusOr<v1::Artifact> Get(const std::string& name) const;
   // Newest first; empty kind: all.
   v1::ListArtifactsResponse List(const std::string& kind) const;
@@ -48,13 +49,16 @@ class ArtifactIndex {
 
   // NOT_FOUND: no such artifact. ALREADY_EXISTS: an artifact has the alias'
   // name. FAILED_PRECONDITION: points neither at `expected_id` nor at `id`.
+  // DATA_LOSS: its record is damaged, so nobody knows where it points; without
+  // an `expected_id` it may be set anew.
   absl::Status CheckAlias(const std::string& alias, const std::string& id,
                           const std::string& expected_id) const;
   void InsertAlias(const std::string& alias, const std::string& id);
-  void InsertDamagedAlias(const std::string& reason);
+  // A record that cannot be read; `reason` names it.
+  void InsertDamagedAlias(const std::string& alias, const std::string& reason);
 
   // Ids of a kind, without aliases, older than the newest `keep` that are
-  // whole.
+  // whole; none while an alias is damaged, which may be one of theirs.
   std::vector<std::string> Surplus(
       const std::string& kind, int keep,
       const std::function<bool(const v1::Artifact&)>& is_whole) const;
@@ -78,9 +82,9 @@ class ArtifactIndex {
 
   std::map<std::string, v1::Artifact> artifacts_;
   std::map<std::string, std::string> aliases_;
-  // Id to reason.
+  // To the reason, by id and by alias.
   std::map<std::string, std::string> damaged_;
-  std::vector<std::string> damaged_aliases_;
+  std::map<std::string, std::string> damaged_aliases_;
   int64_t last_sequence_ = 0;
   // Digest to the number of files that have it.
   std::map<std::string, int> references_;

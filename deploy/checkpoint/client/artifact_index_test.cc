@@ -14,6 +14,7 @@ using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 v1::Artifact MakeArtifact(const std::string& id) {
   v1::Artifact artifact;
@@ -102,8 +103,32 @@ TEST(ArtifactIndex, SaysWhatAnAliasOfNothingNames) {
 
   EXPECT_THAT(
       index.Get("latest"),
-      StatusIs(absl::StatusCode::kNotFound,
-               HasSubstr("no artifact gone, which alias latest names")));
+      StatusIs(absl::StatusCode::kDataLoss,
+               HasSubstr("alias latest: expected an artifact, found none of "
+                         "the id that it names, gone")));
+}
+
+TEST(ArtifactIndex, KnowsNotWhereADamagedAliasPoints) {
+  ArtifactIndex index;
+  for (const char* id : {"a", "b"}) Add(index, id);
+  index.InsertDamagedAlias("best", "aliases/best: truncated");
+  const auto is_damaged = StatusIs(absl::StatusCode::kDataLoss,
+                                   HasSubstr("aliases/best: truncated"));
+
+  EXPECT_THAT(index.Get("best"), is_damaged);
+  EXPECT_THAT(index.CheckAlias("best", "b", /*expected_id=*/"a"), is_damaged);
+  EXPECT_THAT(index.Surplus("state", 1, [](const auto&) { return true; }),
+              IsEmpty());
+  EXPECT_THAT(index.List("").damaged(), ElementsAre("aliases/best: truncated"));
+
+  // Set anew, it is whole.
+  ASSERT_THAT(index.CheckAlias("best", "b", /*expected_id=*/""), IsOk());
+  index.InsertAlias("best", "b");
+
+  EXPECT_THAT(index.Get("best"), IsOk());
+  EXPECT_THAT(index.Surplus("state", 1, [](const auto&) { return true; }),
+              ElementsAre("a"));
+  EXPECT_THAT(index.List("").damaged(), IsEmpty());
 }
 
 }  // namespace
