@@ -75,7 +75,8 @@ struct BundleContent {
 // Writes a bundle into a folder beside `directory` (`directory`.part) and
 // renames it into place: a crash leaves the old one or the new one. One writer
 // per directory. INVALID_ARGUMENT: content that ReadBundle would refuse;
-// RESOURCE_EXHAUSTED: disk full, the old one stays.
+// FAILED_PRECONDITION: either folder holds something else than a bundle, which
+// stays; RESOURCE_EXHAUSTED: disk full, the old one stays.
 absl::Status WriteBundle(const BundleContent& content,
                          const std::string& directory);
 

@@ -144,6 +144,27 @@ absl::Status CheckWidths(const Bundle& bundle) {
   return check.status();
 }
 
+// What is executed is decided anew every control step, by whoever acts.
+absl::Status CheckDecisions(const v1::PolicyGraph& all) {
+  for (const v1::Graph& graph : all.graphs()) {
+    for (const v1::Tap& tap : graph.taps()) {
+      if (!tap.executed()) continue;
+      if (tap.decision_period() > 1) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "graph ", graph.name(), ": tap ", tap.name(),
+            ": decision_period: expected 0 or 1, a decision every step, found ",
+            tap.decision_period()));
+      }
+      if (tap.has_categorical()) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "graph ", graph.name(), ": tap ", tap.name(),
+            ": expected a Gaussian or no distribution, found categorical"));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckGraph(const Bundle& bundle) {
   const std::string weights = JoinPath(bundle.directory, kWeightsFile);
   const std::string file = JoinPath(bundle.directory, kGraphFile);
@@ -157,6 +178,7 @@ absl::Status CheckGraph(const Bundle& bundle) {
         absl::StrCat(file, ": ", ports.status().message()));
   }
   SINEW_RETURN_IF_ERROR(WithContext(ports.status(), file));
+  SINEW_RETURN_IF_ERROR(WithContext(CheckDecisions(bundle.graph), file));
   SINEW_RETURN_IF_ERROR(CheckLatent(bundle));
   std::vector<std::string> names;
   for (const v1::Graph& graph : bundle.graph.graphs()) {

@@ -14,7 +14,9 @@
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/bundle/testing/toy_folder.h"
 #include "gmock/gmock.h"
+#include "google/protobuf/text_format.h"
 #include "gtest/gtest.h"
+#include "proto/sinew/v1/graph.pb.h"
 
 namespace sinew::bundle {
 namespace {
@@ -280,6 +282,26 @@ TEST(ReadBundle, RefusesWeightsThatTheGraphDoesNotFit) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("weights.safetensors"),
                              HasSubstr("policy/mean/bias"))));
+}
+
+TEST(ReadBundle, RefusesActionsThatAreHeldForSeveralSteps) {
+  const std::string directory = WriteToy();
+  v1::PolicyGraph all = testing::ToyContent(Toy()).graph;
+  for (v1::Graph& graph : *all.mutable_graphs()) {
+    for (v1::Tap& tap : *graph.mutable_taps()) {
+      if (tap.executed()) tap.set_decision_period(5);
+    }
+  }
+  std::string text;
+  ASSERT_TRUE(google::protobuf::TextFormat::PrintToString(all, &text));
+
+  Forge(directory, kGraphFile, text);
+
+  EXPECT_THAT(ReadBundle(directory),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("graph.textproto: graph policy: tap "
+                                       "action: decision_period: expected 0"),
+                             HasSubstr("found 5"))));
 }
 
 TEST(ReadBundle, RefusesACharacterWithAnotherBody) {

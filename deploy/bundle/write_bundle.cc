@@ -2,6 +2,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/match.h"
@@ -21,6 +22,8 @@ namespace {
 
 using Files = std::map<std::string, std::string>;
 
+constexpr char kCharacterFolder[] = "character";
+
 // Graph names become file names.
 absl::Status CheckGraphName(const std::string& name) {
   if (IsBundlePath(name) && !absl::StrContains(name, '/')) {
@@ -34,7 +37,7 @@ absl::Status CheckGraphName(const std::string& name) {
 absl::StatusOr<Files> MakeFiles(const BundleContent& content) {
   Files files;
   for (const auto& [path, bytes] : content.character_files) {
-    const std::string name = absl::StrCat("character/", path);
+    const std::string name = absl::StrCat(kCharacterFolder, "/", path);
     if (!IsBundlePath(name)) {
       return absl::InvalidArgumentError(
           absl::StrCat("character_files: expected a path inside the bundle, "
@@ -87,6 +90,27 @@ absl::Status WriteAll(const Files& files, const std::string& manifest,
   return WriteFileAtomically(JoinPath(folder, kManifestFile), manifest);
 }
 
+bool IsOfABundle(const std::string& name) {
+  return name == kManifestFile || name == kGraphFile || name == kWeightsFile ||
+         name == kCharacterFolder || absl::EndsWith(name, ".onnx") ||
+         IsTemporaryName(name);
+}
+
+// What is in the way of a bundle will be removed: nothing but another one, or
+// what there is of it.
+absl::Status CheckReplaceable(const std::string& folder) {
+  if (!FileExists(folder)) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> names,
+                         ListDirectory(folder));
+  for (const std::string& name : names) {
+    if (IsOfABundle(name)) continue;
+    return absl::FailedPreconditionError(
+        absl::StrCat(folder, ": expected a bundle, an empty folder or none, ",
+                     "found one that holds ", name, "; give another folder"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status WriteBundle(const BundleContent& content,
@@ -96,6 +120,8 @@ absl::Status WriteBundle(const BundleContent& content,
                          MakeManifest(content, files));
   const std::string target(absl::StripSuffix(directory, "/"));
   const std::string aside = absl::StrCat(target, ".part");
+  SINEW_RETURN_IF_ERROR(CheckReplaceable(target));
+  SINEW_RETURN_IF_ERROR(CheckReplaceable(aside));
   SINEW_RETURN_IF_ERROR(RemoveRecursively(aside));
   const absl::Cleanup clean = [&aside] {
     RemoveRecursively(aside).IgnoreError();

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
@@ -28,6 +30,7 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::sinew::testing::TestPath;
 using ::testing::ElementsAre;
@@ -186,6 +189,34 @@ TEST(WriteBundle, ReplacesTheOldOneAndLeavesNothingElse) {
   EXPECT_EQ(SerializeSafetensors(bundle->weights),
             SerializeSafetensors(content.weights));
   EXPECT_THAT(*ListDirectory(TestPath("")), ElementsAre("toy"));
+}
+
+TEST(WriteBundle, LeavesAFolderAloneThatHoldsSomethingElse) {
+  const BundleContent content = testing::ToyContent(Toy());
+  for (const std::string folder : {"mine", "beside.part"}) {
+    const std::string file = JoinPath(TestPath(folder), "thesis.txt");
+    ASSERT_THAT(MakeDirectories(TestPath(folder)), IsOk());
+    ASSERT_THAT(WriteFileAtomically(file, "years"), IsOk());
+
+    EXPECT_THAT(
+        WriteBundle(content, TestPath(folder == "mine" ? "mine" : "beside")),
+        StatusIs(absl::StatusCode::kFailedPrecondition,
+                 HasSubstr(absl::StrCat(TestPath(folder),
+                                        ": expected a bundle, an empty folder "
+                                        "or none, found one that holds "
+                                        "thesis.txt"))));
+
+    EXPECT_THAT(ReadFile(file), IsOkAndHolds("years"));
+  }
+}
+
+TEST(WriteBundle, TakesAnEmptyFolder) {
+  ASSERT_THAT(MakeDirectories(TestPath("empty")), IsOk());
+
+  EXPECT_THAT(WriteBundle(testing::ToyContent(Toy()), TestPath("empty")),
+              IsOk());
+
+  EXPECT_THAT(ReadBundle(TestPath("empty")), IsOk());
 }
 
 TEST(WriteBundle, RefusesContentThatReadBundleWould) {

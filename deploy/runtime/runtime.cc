@@ -192,7 +192,10 @@ absl::Status Runtime::CheckFrames(absl::Span<const Pose> frames) const {
                                                    ", found ", frames.size()));
   }
   for (size_t i = 0; i < frames.size(); ++i) {
-    SINEW_RETURN_IF_ERROR(CheckPose(frames[i], reference_needs_, "frames"));
+    // Its name is made where it is needed: nothing else may allocate.
+    if (CheckPose(frames[i], reference_needs_, "frames").ok()) continue;
+    return CheckPose(frames[i], reference_needs_,
+                     absl::StrCat("frames[", i, "]"));
   }
   return absl::OkStatus();
 }

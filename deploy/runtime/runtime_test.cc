@@ -90,6 +90,23 @@ TEST(Runtime, WantsTheFramesThatThePolicyLooksAtAndTheNext) {
   EXPECT_FALSE(rig.runtime->reference_needs().torque);
 }
 
+TEST(Runtime, NamesTheFrameThatIsWrong) {
+  RuntimeRig rig;
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  ASSERT_THAT(rig.runtime->Play("turn", 0.5, Runtime::Align::kNone), IsOk());
+  Simulation body(*rig.runtime);
+  ASSERT_THAT(body.Start(*rig.runtime), IsOk());
+  GivenFrames frames(*rig.runtime);
+  std::vector<Pose> poses = frames.Read();
+  poses[1].joint_position = nullptr;
+  std::vector<double> target(4);
+
+  EXPECT_THAT(
+      rig.runtime->StepTo(body.pose(), poses, absl::MakeSpan(target)),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("frames[1].joint_position: expected 4 numbers")));
+}
+
 TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
   RuntimeRig rig;
   ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
