@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/files.h"
+#include "common/output_file.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/clip_uses.h"
 #include "tools/evaluation/bundle_subject.h"
@@ -16,7 +17,7 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
     const std::string& bundle, const std::string& motions,
     const std::string& out, const EvaluationOptions& options,
     const StopToken& stop) {
-  SINEW_RETURN_IF_ERROR(CheckFolderOf(out));
+  SINEW_RETURN_IF_ERROR(CheckOutputFile(out));
   if (options.fallen) {
     SINEW_RETURN_IF_ERROR(CheckFallenStarts(*options.fallen));
   }

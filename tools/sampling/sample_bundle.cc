@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "common/files.h"
+#include "common/output_file.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
 #include "sim/motion/library.h"
@@ -73,8 +74,8 @@ class Sampling {
 
   absl::StatusOr<SamplingResult> Run() {
     SINEW_RETURN_IF_ERROR(CheckOptions(options_));
-    SINEW_RETURN_IF_ERROR(CheckFolderOf(options_.out));
-    SINEW_RETURN_IF_ERROR(CheckFolderOf(options_.page));
+    SINEW_RETURN_IF_ERROR(CheckOutputFile(options_.out));
+    SINEW_RETURN_IF_ERROR(CheckOutputFile(options_.page));
     SINEW_RETURN_IF_ERROR(Load());
     SINEW_RETURN_IF_ERROR(MakeOrder());
     if (library_ != nullptr) SINEW_RETURN_IF_ERROR(Compare());

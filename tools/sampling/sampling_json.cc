@@ -133,8 +133,9 @@ Json Definitions(const SamplingSource& source) {
        "student of its encoder's"},
       {"transitions",
        "features of two consecutive states, the start apart: SELF_JOINT_SPACE "
-       "of sim/world/observation.h, each standardised over the library; "
-       "distance: "
+       "of sim/world/observation.h, each standardised over the library, by 0.1 "
+       "of its unit (m, rad, m/s, rad/s) where it varies less than that, which "
+       "the paper does not say; distance: "
        "root mean square of the differences to the nearest library transition, "
        "mean over generated ones; squared_distance: equation 8 of Bae et al. "
        "2025, over all generated ones, and, as they do, over those within the "
@@ -198,7 +199,10 @@ std::string SamplingJson(const SamplingSource& source,
   for (const SampleFigures& one : figures) {
     json["ways"].push_back(FiguresObject(one));
   }
-  return json.dump(1) + "\n";
+  // Paths are bytes, as they were typed.
+  return json.dump(1, ' ', /*ensure_ascii=*/false,
+                   Json::error_handler_t::replace) +
+         "\n";
 }
 
 std::string SamplingTable(const std::vector<SampleFigures>& figures) {

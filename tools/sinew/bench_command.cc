@@ -14,6 +14,7 @@
 #include "common/build_info.h"
 #include "common/cpu.h"
 #include "common/files.h"
+#include "common/output_file.h"
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "sim/import/importer.h"
@@ -275,7 +276,7 @@ absl::StatusOr<Json> TeacherSection(const actor::RolloutAssets& assets) {
 
 absl::Status RunBench(const BenchOptions& options, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(options));
-  SINEW_RETURN_IF_ERROR(CheckFolderOf(options.out));
+  SINEW_RETURN_IF_ERROR(CheckOutputFile(options.out));
   SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe,
                          LoadRecipe(options.recipe, {}));
   SINEW_ASSIGN_OR_RETURN(
@@ -329,14 +330,20 @@ void AddBenchCommand(CLI::App& app, Action& action) {
       app, "bench", "benchmarks, as ratios measured in one run", options,
       action, RunBench);
   command->add_option("--out", options->out, "JSON file")->required();
-  command->add_option("--recipe", options->recipe, "name or file");
-  command->add_option("--character", options->character, "name or file");
+  command->add_option("--recipe", options->recipe, "name of one, or a file")
+      ->capture_default_str();
+  command
+      ->add_option("--character", options->character, "name of one, or a file")
+      ->capture_default_str();
   command->add_option("--motions", options->motions,
                       "motion library; a walking clip if unset");
-  command->add_option("--rounds", options->rounds, "orders per thread");
-  command->add_option(
-      "--updates", options->updates,
-      "of each learner; a student learns eight minibatches for each");
+  command->add_option("--rounds", options->rounds, "orders per thread")
+      ->capture_default_str();
+  command
+      ->add_option("--updates", options->updates,
+                   "updates of each learner; a student learns eight "
+                   "minibatches for each")
+      ->capture_default_str();
 }
 
 }  // namespace sinew::tools
