@@ -86,22 +86,12 @@ Rows FromTensors(const TensorMap& tensors) {
   return rows;
 }
 
-// Infinite where the other back end lacks the tap or gives another width.
+// Infinite where the other back end lacks the tap.
 double Difference(const std::vector<float>& expected, const Rows& other,
                   const std::string& tap) {
   const auto found = other.find(tap);
-  if (found == other.end() || found->second.size() != expected.size()) {
-    return INFINITY;
-  }
-  double largest = 0, scale = 0;
-  for (size_t i = 0; i < expected.size(); ++i) {
-    const double difference =
-        std::abs(static_cast<double>(expected[i]) - found->second[i]);
-    // Not std::max, which would lose a NaN.
-    if (!(difference <= largest)) largest = difference;
-    scale = std::max(scale, std::abs(static_cast<double>(expected[i])));
-  }
-  return scale > 0 ? largest / scale : largest;
+  return found == other.end() ? INFINITY
+                              : ParityDifference(expected, found->second);
 }
 
 // The rows of a graph, without onnxruntime; `own`: what the executor gave.
@@ -121,6 +111,21 @@ absl::StatusOr<std::vector<ParityRow>> CompareTorch(
 }
 
 }  // namespace
+
+double ParityDifference(absl::Span<const float> expected,
+                        absl::Span<const float> found) {
+  if (expected.size() != found.size()) return INFINITY;
+  double largest = 0, scale = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    const double difference =
+        std::abs(static_cast<double>(expected[i]) - found[i]);
+    // std::max would lose a NaN.
+    if (!std::isfinite(difference)) return INFINITY;
+    largest = std::max(largest, difference);
+    scale = std::max(scale, std::abs(static_cast<double>(expected[i])));
+  }
+  return scale > 0 ? largest / scale : largest;
+}
 
 absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
     const bundle::Bundle& bundle, const ParityOptions& options) {

@@ -32,6 +32,12 @@ struct ParityRow {
   std::optional<double> onnx = std::nullopt;
 };
 
+// Largest difference over the largest absolute value of `expected`, or by
+// itself where that is 0. Infinite where the sizes differ, or any number is not
+// finite. Pure.
+double ParityDifference(absl::Span<const float> expected,
+                        absl::Span<const float> found);
+
 // Runs every graph of a bundle on the same random inputs by the executor, by
 // libtorch and by onnxruntime (the graph's file NAME.onnx). Data (observations,
 // latents) are normal with standard deviations of 0.1, 1 and 10 in turn, noise

@@ -56,7 +56,8 @@ std::string Title(const RunRecord& run, const PageContext& context) {
 
 // Result: of eval.json, else of the last evaluation in training.
 Json Result(const RunRecord& run) {
-  if (run.evaluation.is_object() && run.evaluation.contains("overall")) {
+  if (run.evaluation.is_object() && run.evaluation.contains("overall") &&
+      run.evaluation["overall"].is_object()) {
     Json result = run.evaluation["overall"];
     result["source"] = "eval.json";
     result["seconds"] = run.evaluation.value("seconds", Json());

@@ -44,6 +44,10 @@ TEST(PageData, TakesTheResultFromTheEvaluationElseFromTraining) {
   EXPECT_EQ(head["source"], "eval.json");
   EXPECT_EQ(head["succeeded_starts"], 31);
   EXPECT_EQ(head["zero_action"]["succeeded_starts"], 1);
+
+  // Whatever a file of that name holds.
+  run.evaluation = {{"overall", 3}};
+  EXPECT_EQ(MakePageData(run, {})["headline"]["source"], "training");
 }
 
 TEST(PageData, HasCommandsThatAShellTakes) {

@@ -35,7 +35,10 @@ absl::Status RunCurriculumCommand(const CurriculumOptions& options,
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
   if (options.json) {
-    absl::PrintF("%s\n", CurriculumJson(curriculum, options.hardest).dump(2));
+    // The path is bytes, as it was typed.
+    absl::PrintF("%s\n", CurriculumJson(curriculum, options.hardest)
+                             .dump(2, ' ', /*ensure_ascii=*/false,
+                                   nlohmann::json::error_handler_t::replace));
   } else {
     absl::PrintF("%s", CurriculumText(curriculum, options.hardest));
   }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "common/clock.h"
 #include "common/config/recipe.h"
@@ -181,6 +182,22 @@ TEST_F(CurriculumCommand, ShowsTheTableOfTheNewestState) {
   EXPECT_EQ(json["bins"][1]["from_s"], 1.0);
   EXPECT_EQ(json["bins"][1]["to_s"], 2.0);
   EXPECT_EQ(json["left_out"][0]["name"], "run");
+}
+
+TEST_F(CurriculumCommand, PrintsAPathThatIsNoText) {
+  WriteConfig();
+  SaveState(4);
+  const std::string strange = Run() + "\xff";
+  std::filesystem::create_directory_symlink(Run(), strange);
+  const absl::Cleanup remove = [&] { std::filesystem::remove(strange); };
+  std::string output;
+
+  ASSERT_THAT(
+      RunCommand(AddCurriculumCommand, "curriculum " + strange + " --json",
+                 /*stop=*/{}, &output),
+      IsOk());
+
+  EXPECT_EQ(Json::parse(output)["iteration"], 4);
 }
 
 TEST_F(CurriculumCommand, ListsAsManyAsWereAskedFor) {

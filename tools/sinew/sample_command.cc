@@ -39,7 +39,7 @@ void AddSampleCommand(CLI::App& app, Action& action) {
   command->add_option("--out", options->out,
                       "JSON file (default: none, the table alone)");
   command->add_option("--seconds", options->seconds,
-                      "of each sample (default 10)");
+                      "length of a sample (default 10)");
   command->add_option("--count", options->count,
                       "samples at each scale of the noise (default 64)");
   command->add_option("--per-start", options->per_start,
@@ -49,14 +49,16 @@ void AddSampleCommand(CLI::App& app, Action& action) {
   command->add_option(
       "--start", options->start,
       "clip (upright frames), standing (those whose root hardly "
-      "move), fallen or CLIP:SECONDS (default: clip; without "
+      "moves), fallen or CLIP:SECONDS (default: clip; without "
       "--motions fallen)");
-  command->add_option("--seed", options->seed, "of starts and noise (0)");
-  command->add_option("--threads", options->threads, "default: all cores");
+  command->add_option("--seed", options->seed,
+                      "seed of starts and noise (default 0)");
+  command->add_option("--threads", options->threads,
+                      "threads (default: all cores)");
   command->add_option("--threshold", options->threshold,
                       "of coverage, standard deviations (default 0.5)");
   command->add_option("--transitions", options->transitions,
-                      "that are compared at most (default 40000)");
+                      "how many are compared at most (default 40000)");
   command->add_flag("--student", options->student,
                     "also what the bundle's policy covers when it tracks");
   command->add_option("--pictures", options->pictures, "folder of film strips");

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -155,6 +156,16 @@ TEST(Sample, WritesAPageWithoutTheFile) {
 
   EXPECT_TRUE(FileExists(page));
   EXPECT_FALSE(FileExists(toy.out));
+}
+
+TEST(Sample, WritesPathsThatAreNoText) {
+  Toy toy;
+  std::filesystem::rename(toy.bundle, toy.bundle + "\xff");
+  toy.bundle += "\xff";
+
+  ASSERT_THAT(Sample(toy.Arguments("--seconds 0.2 --count 2")), IsOk());
+
+  EXPECT_FALSE(toy.Read()["ways"].empty());
 }
 
 TEST(Sample, BeginsWhereItIsTold) {

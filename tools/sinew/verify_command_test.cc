@@ -142,6 +142,23 @@ TEST(Verify, NamesWhatIsNoBundle) {
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
 }
 
+TEST(ParityDifference, IsRelativeToTheLargestValue) {
+  EXPECT_DOUBLE_EQ(ParityDifference({4, -8, 0}, {4, -8, 2}), 0.25);
+  EXPECT_DOUBLE_EQ(ParityDifference({0, 0}, {0, 2}), 2);
+  EXPECT_EQ(ParityDifference({1, 2}, {1}), INFINITY);
+}
+
+TEST(ParityDifference, LosesNoNumberThatIsNotFinite) {
+  for (int at = 0; at < 3; ++at) {
+    for (const float bad : {NAN, INFINITY, -INFINITY}) {
+      std::vector<float> values = {1, 2, 3};
+      values[at] = bad;
+      EXPECT_EQ(ParityDifference({1, 2, 3}, values), INFINITY) << at << bad;
+      EXPECT_EQ(ParityDifference(values, {1, 2, 3}), INFINITY) << at << bad;
+    }
+  }
+}
+
 TEST(CheckParity, NamesTapAndBackEndBeyondTheTolerance) {
   const auto row = [](double torch, double onnx) {
     return ParityRow{

@@ -1,6 +1,7 @@
 #include "tools/zoo/card_facts.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -8,6 +9,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "common/config/recipe.h"
+#include "common/digest.h"
 #include "common/files.h"
 #include "common/json_fields.h"
 #include "common/rpc/credentials.h"
@@ -63,6 +65,7 @@ absl::Status ReadEvaluations(const CardOptions& options, CardFacts* facts) {
   if (!options.eval.empty()) {
     SINEW_ASSIGN_OR_RETURN(facts->evaluation,
                            ReadEvaluation(options.eval, manifest));
+    facts->evaluation_file = options.eval;
     const std::string library =
         StringAt(facts->evaluation, "library", "sha256");
     if (library != facts->library_sha256) {
@@ -154,13 +157,46 @@ std::string CpuClassOf(const std::string& folder, const Clock& clock) {
   return counters.ok() ? counters->cpu_class() : "";
 }
 
-// Sums and sentences of a procedure.
-absl::Status AddProcedure(const std::string& run, RunFacts* facts) {
+absl::StatusOr<v1::Recipe> RecipeOf(const std::string& folder) {
+  const std::string config = JoinPath(folder, "config.textproto");
+  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
+  return ParseRecipe(text, config);
+}
+
+// Unset: the run is no procedure.
+absl::StatusOr<std::optional<tools::ProcedureRecord>> ProcedureOf(
+    const std::string& run) {
   const std::string path = RunFolder::ProcedureOf(run);
-  if (!FileExists(path)) return absl::OkStatus();
+  if (!FileExists(path)) return std::nullopt;
   SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  SINEW_ASSIGN_OR_RETURN(const tools::ProcedureRecord record,
+  SINEW_ASSIGN_OR_RETURN(tools::ProcedureRecord record,
                          tools::ParseProcedure(text, path));
+  return record;
+}
+
+// Whether a bundle comes from the run, or from a stage of it: by its recipe.
+absl::Status CheckMadeBy(const std::string& run, const v1::Recipe& recipe,
+                         const std::optional<tools::ProcedureRecord>& record,
+                         const v1::BundleProvenance& bundle) {
+  const auto made_by = [&](const v1::Recipe& one) {
+    return Sha256Hex(PrintRecipe(one)) == bundle.recipe_sha256();
+  };
+  if (made_by(recipe)) return absl::OkStatus();
+  if (record) {
+    for (const tools::ProcedureRecord::Entry& stage : record->stages) {
+      const auto one = RecipeOf(JoinPath(run, stage.directory));
+      if (one.ok() && made_by(*one)) return absl::OkStatus();
+    }
+  }
+  return UnfitField(
+      run, "recipe",
+      absl::StrCat("the bundle's, ", bundle.recipe(), " of SHA-256 ",
+                   bundle.recipe_sha256()),
+      absl::StrCat(recipe.name(), " of ", Sha256Hex(PrintRecipe(recipe))));
+}
+
+// Sums and sentences of a procedure.
+void AddProcedure(const tools::ProcedureRecord& record, RunFacts* facts) {
   const learner::Cost cost = learner::CostOf(record.Finished());
   facts->samples = cost.samples;
   facts->train_seconds = cost.train_seconds;
@@ -168,20 +204,20 @@ absl::Status AddProcedure(const std::string& run, RunFacts* facts) {
     facts->decisions.push_back(entry.decision.reason);
   }
   if (record.end) facts->decisions.push_back(record.end->reason);
-  return absl::OkStatus();
 }
 
-absl::Status AddRun(const std::string& run, const Clock& clock,
-                    RunFacts* facts) {
-  const std::string config = JoinPath(run, "config.textproto");
-  SINEW_ASSIGN_OR_RETURN(const std::string text, ReadFile(config));
-  SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe, ParseRecipe(text, config));
+absl::Status AddRun(const std::string& run, const v1::BundleProvenance& bundle,
+                    const Clock& clock, RunFacts* facts) {
+  SINEW_ASSIGN_OR_RETURN(const v1::Recipe recipe, RecipeOf(run));
+  SINEW_ASSIGN_OR_RETURN(const auto record, ProcedureOf(run));
+  SINEW_RETURN_IF_ERROR(CheckMadeBy(run, recipe, record, bundle));
   facts->recipe = recipe.name();
   facts->seed = recipe.seed();
   const std::string folder = tools::FolderWithRows(run);
   SINEW_RETURN_IF_ERROR(AddRow(folder, facts));
   facts->cpu_class = CpuClassOf(folder, clock);
-  return AddProcedure(run, facts);
+  if (record) AddProcedure(*record, facts);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -201,7 +237,8 @@ absl::StatusOr<CardFacts> ReadCardFacts(const CardOptions& options,
   }
   facts.run = FactsOfManifest(facts.bundle.manifest.provenance());
   if (!options.run.empty()) {
-    SINEW_RETURN_IF_ERROR(AddRun(options.run, clock, &facts.run));
+    SINEW_RETURN_IF_ERROR(AddRun(
+        options.run, facts.bundle.manifest.provenance(), clock, &facts.run));
   }
   facts.command = options.command;
   facts.machine = options.machine;

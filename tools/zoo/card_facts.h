@@ -43,10 +43,11 @@ struct CardFacts {
   int64_t bundle_bytes = 0;
   v1::MotionLibrary library;
   std::string library_sha256;
-  nlohmann::json evaluation;  // null: none
-  nlohmann::json fallen;      // its object `fallen`; null: none
-  nlohmann::json samples;     // of its prior; null: none
-  RunFacts run;               // without a run: what the manifest says
+  nlohmann::json evaluation;    // null: none
+  std::string evaluation_file;  // where it was read
+  nlohmann::json fallen;        // its object `fallen`; null: none
+  nlohmann::json samples;       // of its prior; null: none
+  RunFacts run;                 // without a run: what the manifest says
   std::string command;
   std::string machine;
 };
@@ -56,7 +57,8 @@ struct CardFacts {
 // Thread-safety: any thread. Ownership: none kept. Blocking: on the disk.
 // Errors: those of ReadBundle, CheckBundleBytes and Library::Load;
 // INVALID_ARGUMENT naming file and field, expected and found: an evaluation or
-// samples of another bundle or library, a run without rows.
+// samples of another bundle or library, a run without rows, or of another
+// recipe than the bundle's.
 absl::StatusOr<CardFacts> ReadCardFacts(const CardOptions& options,
                                         const Clock& clock);
 

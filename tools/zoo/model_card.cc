@@ -231,7 +231,7 @@ absl::StatusOr<std::string> MetricsChapter(const CardFacts& facts) {
         const std::string table,
         evaluation::FiguresTable(
             {{.name = facts.run.recipe.empty() ? "unknown" : facts.run.recipe,
-              .file = "eval.json",
+              .file = facts.evaluation_file,
               .json = facts.evaluation.dump()}}));
     absl::StrAppend(
         &text, table,

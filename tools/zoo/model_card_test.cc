@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "common/config/recipe.h"
@@ -26,6 +27,7 @@ namespace sinew::zoo {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -211,7 +213,14 @@ TEST_F(ModelCardRig, AddsUpWhatAProcedureTook) {
   ASSERT_THAT(WriteFileAtomically(Path("run/stages/01/metrics.jsonl"),
                                   "{\"cores\": 2}\n{\"cores\""),
               IsOk());
+  const std::string made_it = Path("run/stages/01/config.textproto");
+  ASSERT_THAT(WriteFileAtomically(made_it, PrintRecipe(recipe)), IsOk());
+  EXPECT_THAT(Card(), StatusIs(absl::StatusCode::kInvalidArgument,
+                               AllOf(HasSubstr(options_.run),
+                                     HasSubstr("recipe: expected the bundle's"),
+                                     HasSubstr("found toy_plus"))));
 
+  ASSERT_THAT(WriteFileAtomically(made_it, PrintRecipe(toy_.recipe)), IsOk());
   const auto card = Card();
 
   ASSERT_THAT(card, IsOk());
