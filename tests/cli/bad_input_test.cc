@@ -67,6 +67,15 @@ TEST(BadInput, OfTheCommandLineIsAUsageError) {
   }
 }
 
+TEST(BadInput, NamesTheWordThatIsUnknown) {
+  EXPECT_THAT(Sinew({"trian", "--run", "r"}).text,
+              HasSubstr("unknown here: trian"));
+  EXPECT_THAT(Sinew({"motion", "imprt", "a.bvh"}).text,
+              HasSubstr("unknown here: imprt"));
+  EXPECT_THAT(Sinew({"train", "--nonsense"}).text,
+              HasSubstr("unknown here: --nonsense"));
+}
+
 TEST(BadInput, NeverMakesHelpFail) {
   const Outcome outcome = Sinew({"--help"});
 

@@ -129,11 +129,12 @@ void AddEvalCommand(CLI::App& app, Action& action) {
   auto* command = AddSubcommand<EvalOptions>(
       app, "eval", "the papers' metrics of a bundle, or a table of some",
       options, action, RunEval);
-  command->add_option("--bundle", options->bundle, "folder");
-  command->add_option("--motions", options->motions, "library");
-  command->add_option("--out", options->out, "JSON file");
+  command->add_option("--bundle", options->bundle,
+                      "bundle folder (this, --motions and --out, or --table)");
+  command->add_option("--motions", options->motions, "library to follow");
+  command->add_option("--out", options->out, "JSON file to write");
   command->add_option("--seconds", options->seconds,
-                      "that looping clips run on (default 10)");
+                      "how long looping clips run on (default 10)");
   command->add_option("--starts", options->starts,
                       "evenly spaced phases per clip (default 32)");
   command->add_option("--fallen", options->fallen,
@@ -143,7 +144,8 @@ void AddEvalCommand(CLI::App& app, Action& action) {
                       options->max_mean_body_distance,
                       "metres beyond which a start fails (default: the "
                       "bundle's, of its recipe)");
-  command->add_option("--threads", options->threads, "default: all cores");
+  command->add_option("--threads", options->threads,
+                      "threads (default: all cores)");
   CLI::Option* table =
       command->add_option("--table", options->table,
                           "nothing is evaluated: prints a table of such JSON "

@@ -169,7 +169,8 @@ void AddExportCommand(CLI::App& app, Action& action) {
       app, "export", "a bundle from a run, or a compact state", options, action,
       RunExport);
   command->add_option("--run", options->run, "run directory")->required();
-  command->add_option("--out", options->out, "bundle folder");
+  command->add_option("--out", options->out,
+                      "bundle folder to write (this or --state)");
   command->add_option("--state", options->state,
                       "instead: a new folder with what another machine needs "
                       "to train on (sinew train --continue)");

@@ -37,6 +37,13 @@ int ExitCode(const absl::Status& status) {
   return absl::IsInvalidArgument(status) || absl::IsNotFound(status) ? 2 : 1;
 }
 
+// The parser first says what is missing, which may be what was mistyped.
+void PrintUnknown(const CLI::App& app) {
+  for (const std::string& word : app.remaining(/*recurse=*/true)) {
+    absl::FPrintF(stderr, "sinew: unknown here: %s\n", word);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -65,7 +72,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    const int code = app.exit(error) == 0 ? 0 : 2;
+    if (code != 0) PrintUnknown(app);
+    return code;
   }
   // Held until the process ends: when the last channel goes, gRPC would wait up
   // to 10 s for its own poller.

@@ -114,8 +114,9 @@ void AddEvaluationFlags(CLI::App& command, PromoteOptions& options) {
   command.add_option("--starts", evaluation.starts,
                      "evenly spaced phases per clip (default 32)");
   command.add_option("--seconds", evaluation.seconds,
-                     "that looping clips run on (default 10)");
-  command.add_option("--threads", options.threads, "default: all cores");
+                     "how long looping clips run on (default 10)");
+  command.add_option("--threads", options.threads,
+                     "threads (default: all cores)");
 }
 
 }  // namespace

@@ -143,10 +143,16 @@ void AddQuickstartCommand(CLI::App& app, Action& action) {
   auto* command = AddSubcommand<QuickstartOptions>(
       app, "quickstart", "from a recorded clip to a report, in one go", options,
       action, RunQuickstart);
-  command->add_option("--out", options->out, "folder of the run");
-  command->add_option("--clip", options->clip, "clip of the pybullet wheel");
-  command->add_option("--minutes", options->minutes, "of training, in all");
-  command->add_option("--seed", options->seed, "of all random streams");
+  command->add_option("--out", options->out, "folder of the run")
+      ->capture_default_str();
+  command->add_option("--clip", options->clip, "clip of the pybullet wheel")
+      ->capture_default_str();
+  command
+      ->add_option("--minutes", options->minutes,
+                   "of training, those of an earlier call included")
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of all random streams")
+      ->capture_default_str();
 }
 
 }  // namespace sinew::tools

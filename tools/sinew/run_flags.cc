@@ -10,17 +10,23 @@
 namespace sinew::tools {
 
 void AddRunFlags(CLI::App& command, RunFlags& flags) {
-  command.add_option("--recipe", flags.recipe, "name or file")->required();
+  command.add_option("--recipe", flags.recipe, "name of one, or a file")
+      ->required();
   command.add_option("--motions", flags.motions, "library")->required();
   command.add_option("--run", flags.run, "run directory")->required();
-  command.add_option("--character", flags.character, "name or file")
+  command.add_option("--character", flags.character, "name of one, or a file")
       ->capture_default_str();
-  command.add_option("--minutes", flags.minutes, "of training, in all")
+  command
+      .add_option("--minutes", flags.minutes,
+                  "of training, those before it was resumed included")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--iterations", flags.iterations, "in all")
+  command
+      .add_option("--iterations", flags.iterations,
+                  "at which it ends, those before included")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--seed", flags.seed, "of all random streams");
-  command.add_option("--threads", flags.threads, "default: all cores")
+  command.add_option("--seed", flags.seed, "seed of all random streams");
+  command
+      .add_option("--threads", flags.threads, "threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
   command.add_option("--init", flags.init,
                      "bundle whose weights a new run begins with");

@@ -192,7 +192,8 @@ void AddShowing(CLI::App* command, ImportFlags* flags) {
 }  // namespace
 
 void AddImportFlags(CLI::App* command, ImportFlags* flags) {
-  command->add_option("--character", flags->character, "name or file");
+  command->add_option("--character", flags->character,
+                      "name of one, or a file");
   command->add_option("--out", flags->out, "library folder")->required();
   command->add_option("--rate", flags->rate,
                       "frames per second of the library");

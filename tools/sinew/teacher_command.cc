@@ -37,12 +37,13 @@ void AddTeacherCommand(CLI::App& app, Action& action) {
   CLI::App* command = AddSubcommand<TeacherOptions>(
       app, "teacher", "label states with what a bundle's policy would do",
       options, action, RunTeacherCommand);
-  command->add_option("--bundle", options->bundle, "of the policy")->required();
+  command->add_option("--bundle", options->bundle, "folder of the policy")
+      ->required();
   command
       ->add_option("--listen", server.address,
                    "HOST:PORT or unix:PATH; port 0 takes a free one")
       ->required();
-  command->add_option("--threads", server.threads, "that compute")
+  command->add_option("--threads", server.threads, "threads that compute")
       ->capture_default_str();
   command
       ->add_option("--max-batch", server.batches.max_batch_rows,
