@@ -157,11 +157,23 @@ std::optional<std::string> BeyondLimits(const v1::StateLimits* limits,
   return std::string(status.message());
 }
 
+// Whether a column has a flag for every step of an order.
+bool HasFlags(const v1::Segment& segment, absl::string_view name,
+              const v1::OpenRequest::Expected& expected) {
+  const v1::Tensor* column = FindColumn(segment, name);
+  return column != nullptr && column->shape_size() == 2 &&
+         column->shape(0) == expected.steps() &&
+         column->shape(1) == expected.environments() &&
+         static_cast<int64_t>(column->data().size()) ==
+             int64_t{expected.steps()} * expected.environments();
+}
+
 // Whether the episodes of its environments are as many as its rows ended;
 // nullopt: they are, or its layout does not say which rows did.
-std::optional<std::string> WrongEpisodes(const v1::Segment& segment) {
-  if (FindColumn(segment, column::kTerminated) == nullptr ||
-      FindColumn(segment, column::kTruncated) == nullptr) {
+std::optional<std::string> WrongEpisodes(
+    const v1::OpenRequest::Expected& expected, const v1::Segment& segment) {
+  if (!HasFlags(segment, column::kTerminated, expected) ||
+      !HasFlags(segment, column::kTruncated, expected)) {
     return std::nullopt;
   }
   const absl::Status status = EpisodesOfRows(segment).status();
@@ -185,6 +197,10 @@ std::optional<std::string> WrongKey(const Expectation& expectation,
     return text;
   }
   const bool training = expected.steps() > 0;
+  if (!training && segment.columns_size() > 0) {
+    return absl::StrCat("columns: expected none of an evaluation, found ",
+                        segment.columns_size());
+  }
   if (auto text = Differs("number of end_states",
                           training ? expected.environments() : 0,
                           segment.end_states_size())) {
@@ -295,8 +311,10 @@ Response Judge(const Expectation& expectation, absl::string_view bytes,
   if (const auto detail = BeyondLimits(expectation.limits.get(), segment)) {
     return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
   }
-  if (const auto detail = WrongEpisodes(segment)) {
-    return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
+  if (expectation.expected.steps() > 0) {
+    if (const auto detail = WrongEpisodes(expectation.expected, segment)) {
+      return Refuse(order_id, Response::VERDICT_MALFORMED, *detail);
+    }
   }
   return Refuse(order_id, Response::VERDICT_ACCEPTED, "");
 }

@@ -19,8 +19,8 @@ struct Expectation {
   v1::OpenRequest::Expected expected;
   // Null if no columns are checked (expected.steps is 0).
   std::shared_ptr<const v1::SegmentLayout> layout;
-  // Null: neither sizes nor upper bounds of states, episodes and results are
-  // checked.
+  // Null: neither sizes nor upper bounds of states, episodes, rows and results
+  // are checked.
   std::shared_ptr<const v1::StateLimits> limits;
 };
 
@@ -29,8 +29,9 @@ struct Expectation {
 // Whether an expectation can be met at all: INVALID_ARGUMENT names the field.
 absl::Status CheckExpectation(const Expectation& expectation);
 
-// Bytes that a valid segment has at most, serialised: every column full, all
-// steps truncated, generous room for states and episodes.
+// Bytes that a valid segment has at most, serialised
+// (common/segment/segment_size.h), of an expectation that CheckExpectation has
+// passed.
 int64_t MaxSegmentBytes(const Expectation& expectation);
 
 // Judges a serialised segment: VERDICT_ACCEPTED and `segment` filled, or the

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "common/segment/segment_layout.h"
 #include "common/segment/segment_size.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -169,6 +170,17 @@ TEST(Judge, ChecksNoColumnsOfAnEvaluation) {
   segment.mutable_results()->RemoveLast();
   EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
             "number of results: expected 2, found 1");
+  // Flags of no environment.
+  v1::Tensor& flags = *segment.add_columns();
+  flags.set_name("terminated");
+  flags.add_shape(1);
+  flags.add_shape(0);
+  flags.set_data("0");
+  *segment.add_columns() = flags;
+  segment.mutable_columns(1)->set_name("truncated");
+  EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
+            "columns: expected none of an evaluation, found 2");
+  segment.clear_columns();
   segment.add_results();
   segment.add_end_states();
   EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).detail(),
@@ -283,6 +295,39 @@ TEST(Judge, RefusesFewerEpisodesThanItsRowsEnded) {
   EXPECT_EQ(judge(1).verdict(), Response::VERDICT_MALFORMED);
   EXPECT_THAT(judge(1).detail(),
               HasSubstr("end_states[1].episode: expected >= 2"));
+}
+
+TEST(Judge, SurvivesLayoutsWhoseFlagsAreNone) {
+  // A learner may say that they are one for each environment, or numbers.
+  for (const bool boundary : {true, false}) {
+    v1::SegmentLayout layout;
+    for (const char* name : {"terminated", "truncated"}) {
+      v1::SegmentLayout::Column& column = *layout.add_columns();
+      column.set_name(name);
+      column.set_dtype(boundary ? v1::DATA_TYPE_UINT8 : v1::DATA_TYPE_FLOAT64);
+      column.set_lead(boundary ? v1::SegmentLayout::LEAD_BOUNDARY
+                               : v1::SegmentLayout::LEAD_STEP);
+    }
+    Expectation expectation = MakeExpectation(7);
+    expectation.layout = std::make_shared<const v1::SegmentLayout>(layout);
+    expectation.expected.set_layout_sha256(LayoutSha256(layout));
+    v1::Segment segment = MakeSegment(7), parsed;
+    segment.set_layout_sha256(LayoutSha256(layout));
+    segment.clear_columns();
+    for (const auto& column : layout.columns()) {
+      v1::Tensor& tensor = *segment.add_columns();
+      tensor.set_name(column.name());
+      tensor.set_dtype(column.dtype());
+      if (!boundary) tensor.add_shape(kSteps);
+      tensor.add_shape(kEnvironments);
+      tensor.set_data(std::string(
+          (boundary ? 1 : kSteps * sizeof(double)) * kEnvironments, '\0'));
+    }
+
+    EXPECT_EQ(Judge(expectation, segment.SerializeAsString(), parsed).verdict(),
+              Response::VERDICT_ACCEPTED)
+        << boundary;
+  }
 }
 
 TEST(Judge, RefusesAResultOfAClipThatIsNotThere) {

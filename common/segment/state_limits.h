@@ -34,7 +34,6 @@ absl::Status CheckEpisode(const v1::EpisodeEnd& episode,
 
 // All of a segment: end states, episodes, the clips of its rows, and the places
 // of results and of what their bodies were carried to ("end_states[1].step").
-// Its columns, if it has any, have passed CheckColumns (segment_layout.h).
 absl::Status CheckSegment(const v1::Segment& segment,
                           const v1::StateLimits& limits);
 
