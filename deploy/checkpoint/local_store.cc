@@ -186,6 +186,10 @@ absl::Status LocalStore::Retain(const std::string& kind, int keep) {
         absl::StrCat("keep: expected >= 1, found ", keep));
   }
   MutexLock lock(mu_);
+  for (const auto& [alias, reason] : index_.damaged_aliases()) {
+    LogWarning("nothing is collected while an alias is damaged",
+               {{"alias", alias}, {"reason", reason}});
+  }
   const std::vector<std::string> surplus =
       index_.Surplus(kind, keep, [this](const v1::Artifact& artifact) {
         return CheckBlobs(artifact).ok();

@@ -120,7 +120,11 @@ absl::Status ReadAliases(const StoreFolders& folders, ArtifactIndex& index) {
                             alias.name());
     }
     if (reading == Reading::kGood) index.InsertAlias(name, alias.id());
-    if (reading == Reading::kDamaged) index.InsertDamagedAlias(name, reason);
+    if (reading == Reading::kDamaged) {
+      absl::StrAppend(&reason, "; to set alias ", name,
+                      " anew, remove this file first");
+      index.InsertDamagedAlias(name, reason);
+    }
   }
   return absl::OkStatus();
 }

@@ -75,6 +75,12 @@ absl::StatusOr<v1::Artifact> ArtifactIndex::Admit(const v1::Artifact& artifact,
         absl::StrCat("artifact ", artifact.id(),
                      ": an alias has this name, it points at ", alias->second));
   }
+  if (const auto damaged = damaged_aliases_.find(artifact.id());
+      damaged != damaged_aliases_.end()) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("artifact ", artifact.id(),
+                     ": an alias has this name: ", damaged->second));
+  }
   if (const auto found = artifacts_.find(artifact.id());
       found != artifacts_.end()) {
     if (SameContent(found->second, artifact)) return found->second;

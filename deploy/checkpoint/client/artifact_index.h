@@ -56,6 +56,10 @@ class ArtifactIndex {
   void InsertAlias(const std::string& alias, const std::string& id);
   // A record that cannot be read; `reason` names it.
   void InsertDamagedAlias(const std::string& alias, const std::string& reason);
+  // By alias, with its reason.
+  const std::map<std::string, std::string>& damaged_aliases() const {
+    return damaged_aliases_;
+  }
 
   // Ids of a kind, without aliases, older than the newest `keep` that are
   // whole; none while an alias is damaged, which may be one of theirs.

@@ -121,6 +121,10 @@ TEST(ArtifactIndex, KnowsNotWhereADamagedAliasPoints) {
               IsEmpty());
   EXPECT_THAT(index.List("").damaged(), ElementsAre("aliases/best: truncated"));
 
+  EXPECT_THAT(index.Admit(MakeArtifact("best"), /*now_unix_s=*/5),
+              StatusIs(absl::StatusCode::kAlreadyExists,
+                       HasSubstr("aliases/best: truncated")));
+
   // Set anew, it is whole.
   ASSERT_THAT(index.CheckAlias("best", "b", /*expected_id=*/""), IsOk());
   index.InsertAlias("best", "b");

@@ -40,7 +40,8 @@ class ArtifactStore : public BlobSource {
   // validate_artifact.h.
   virtual absl::Status PutArtifact(const v1::Artifact& artifact) = 0;
 
-  // By id or alias.
+  // By id or alias. DATA_LOSS: an alias whose record is damaged, or that names
+  // an artifact that is gone.
   virtual absl::StatusOr<v1::Artifact> GetArtifact(const std::string& name) = 0;
 
   // Newest first; empty kind: all.
@@ -48,13 +49,14 @@ class ArtifactStore : public BlobSource {
       const std::string& kind) = 0;
 
   // Points an alias at an artifact (NOT_FOUND). FAILED_PRECONDITION if
-  // `expected_id` is not empty and the alias points elsewhere; harmless if it
-  // points at `id` already.
+  // `expected_id` is not empty and the alias points elsewhere (DATA_LOSS: its
+  // record is damaged); harmless if it points at `id` already.
   virtual absl::Status SetAlias(const std::string& alias, const std::string& id,
                                 const std::string& expected_id = "") = 0;
 
   // Removes the artifacts of a kind beyond the newest `keep` (>= 1) whole
-  // ones, but none that an alias names, then the blobs that nothing refers to.
+  // ones, but none that an alias names (none at all while an alias is damaged),
+  // then the blobs that nothing refers to.
   virtual absl::Status Retain(const std::string& kind, int keep) = 0;
 
   // Gives up blobs that were put for an artifact that will not come: they go

@@ -40,7 +40,7 @@ absl::StatusOr<Response> CheckpointClient::Call(
     Method<Request, Response> method, const Request& request, int attempts) {
   Response response;
   const absl::Status status = rpc::Retry(
-      rpc::Backoff(options_.backoff, rpc::ProcessSeed()), attempts,
+      rpc::Backoff(options_.backoff, rpc::FreshSeed()), attempts,
       [this](absl::Duration duration) { return Wait(duration); },
       [&] {
         grpc::ClientContext context;
@@ -91,7 +91,7 @@ absl::StatusOr<std::string> CheckpointClient::PutBlob(const Blob& blob) {
   }
   const std::string sha256 = Sha256Hex(*blob);
   SINEW_RETURN_IF_ERROR(rpc::Retry(
-      rpc::Backoff(options_.backoff, rpc::ProcessSeed()), options_.attempts,
+      rpc::Backoff(options_.backoff, rpc::FreshSeed()), options_.attempts,
       [this](absl::Duration duration) { return Wait(duration); },
       [&] { return Send(sha256, *blob); }));
   return sha256;
