@@ -17,6 +17,7 @@ inline constexpr int kBundleFormatVersion = 1;
 inline constexpr char kManifestFile[] = "manifest.json";
 inline constexpr char kGraphFile[] = "graph.textproto";
 inline constexpr char kWeightsFile[] = "weights.safetensors";
+inline constexpr char kCharacterFolder[] = "character";
 inline constexpr char kCharacterFile[] = "character/character.textproto";
 
 // Name of the file with a graph as an ONNX model; every bundle has that of

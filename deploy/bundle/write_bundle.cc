@@ -2,7 +2,6 @@
 #include <map>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/match.h"
@@ -15,14 +14,13 @@
 #include "common/status_macros.h"
 #include "deploy/bundle/bundle.h"
 #include "deploy/bundle/manifest.h"
+#include "deploy/bundle/replaceable.h"
 #include "google/protobuf/text_format.h"
 
 namespace sinew::bundle {
 namespace {
 
 using Files = std::map<std::string, std::string>;
-
-constexpr char kCharacterFolder[] = "character";
 
 // Graph names become file names.
 absl::Status CheckGraphName(const std::string& name) {
@@ -90,27 +88,6 @@ absl::Status WriteAll(const Files& files, const std::string& manifest,
   return WriteFileAtomically(JoinPath(folder, kManifestFile), manifest);
 }
 
-bool IsOfABundle(const std::string& name) {
-  return name == kManifestFile || name == kGraphFile || name == kWeightsFile ||
-         name == kCharacterFolder || absl::EndsWith(name, ".onnx") ||
-         IsTemporaryName(name);
-}
-
-// What is in the way of a bundle will be removed: nothing but another one, or
-// what there is of it.
-absl::Status CheckReplaceable(const std::string& folder) {
-  if (!FileExists(folder)) return absl::OkStatus();
-  SINEW_ASSIGN_OR_RETURN(const std::vector<std::string> names,
-                         ListDirectory(folder));
-  for (const std::string& name : names) {
-    if (IsOfABundle(name)) continue;
-    return absl::FailedPreconditionError(
-        absl::StrCat(folder, ": expected a bundle, an empty folder or none, ",
-                     "found one that holds ", name, "; give another folder"));
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::Status WriteBundle(const BundleContent& content,
@@ -121,7 +98,6 @@ absl::Status WriteBundle(const BundleContent& content,
   const std::string target(absl::StripSuffix(directory, "/"));
   const std::string aside = absl::StrCat(target, ".part");
   SINEW_RETURN_IF_ERROR(CheckReplaceable(target));
-  SINEW_RETURN_IF_ERROR(CheckReplaceable(aside));
   SINEW_RETURN_IF_ERROR(RemoveRecursively(aside));
   const absl::Cleanup clean = [&aside] {
     RemoveRecursively(aside).IgnoreError();

@@ -16,9 +16,12 @@
 #include "common/evaluation/evaluation_starts.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
+#include "deploy/bundle/replaceable.h"
 #include "deploy/bundle/run_export.h"
 #include "learner/learner.h"
 #include "learner/trainer/replay_need.h"
+#include "proto/sinew/v1/rollout.pb.h"
+#include "proto/sinew/v1/teacher.pb.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/initial_policy.h"
 #include "tools/training/kept_fallen_states.h"
@@ -129,6 +132,9 @@ absl::StatusOr<std::unique_ptr<TrainingRun>> TrainingRun::Open(
 absl::Status TrainingRun::OpenFolder() {
   SINEW_ASSIGN_OR_RETURN(folder_,
                          RunFolder::Open(options_.directory, options_.recipe));
+  // What could not be exported at the end is not trained for.
+  SINEW_RETURN_IF_ERROR(bundle::CheckReplaceable(folder_->bundle()));
+  SINEW_RETURN_IF_ERROR(bundle::CheckReplaceable(folder_->best_bundle()));
   return StartLogging();
 }
 
@@ -324,7 +330,7 @@ absl::Status TrainingRun::Restore() {
     LogWarning("the state is of another build: results may differ in bits",
                {{"expected", BuildIdentity()}, {"found", counters.build()}});
   }
-  if (counters.cpu_class() != CpuClass()) {
+  if (!counters.cpu_class().empty() && counters.cpu_class() != CpuClass()) {
     LogWarning("the state is of another processor: results may differ in bits",
                {{"expected", CpuClass()}, {"found", counters.cpu_class()}});
   }
