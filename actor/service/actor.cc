@@ -96,7 +96,7 @@ absl::Status Actor::Run(const StopToken& stop) {
 }
 
 absl::Status Actor::Serve(const StopToken& stop) {
-  rpc::Backoff backoff(options_.backoff, rpc::ProcessSeed());
+  rpc::Backoff backoff(options_.backoff, rpc::FreshSeed());
   absl::Duration left = options_.reconnect_timeout;
   CondVar::TimePoint deadline = After(left);
   while (true) {

@@ -35,7 +35,7 @@ bool IsRefusedForGood(v1::PutSegmentResponse::Verdict verdict) {
 
 void Actor::Work() {
   OrderRunner runner(engine_, inputs_, versions_, metrics_, cancel_);
-  rpc::Backoff backoff(options_.backoff, rpc::ProcessSeed());
+  rpc::Backoff backoff(options_.backoff, rpc::FreshSeed());
   Spent spent;
   while (true) {
     const auto idle_since = SteadyClock::now();

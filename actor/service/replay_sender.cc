@@ -17,7 +17,7 @@ ReplaySender::ReplaySender(Options options, Outbox& outbox,
       outbox_(outbox),
       metrics_(metrics),
       on_verdict_(std::move(on_verdict)),
-      backoff_(options_.backoff, rpc::ProcessSeed()),
+      backoff_(options_.backoff, rpc::FreshSeed()),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 ReplaySender::~ReplaySender() = default;

@@ -51,7 +51,7 @@ absl::StatusOr<Blob> BlobClient::GetBlob(const std::string& sha256) {
   rpc::ChunkAssembler payload(options_.max_bytes);
   SINEW_RETURN_IF_ERROR(WithContext(
       rpc::Retry(
-          rpc::Backoff(options_.backoff, rpc::ProcessSeed()), options_.attempts,
+          rpc::Backoff(options_.backoff, rpc::FreshSeed()), options_.attempts,
           [&](absl::Duration wait) {
             return rpc::WaitFor(wait, options_.stop);
           },

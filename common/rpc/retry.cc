@@ -1,6 +1,7 @@
 #include "common/rpc/retry.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 
 #include "absl/strings/str_cat.h"
@@ -9,9 +10,9 @@
 
 namespace sinew::rpc {
 
-uint64_t ProcessSeed() {
-  static const uint64_t seed = std::random_device()();
-  return seed;
+uint64_t FreshSeed() {
+  static std::atomic<uint64_t> next = std::random_device()();
+  return next++;
 }
 
 Backoff::Backoff(const BackoffOptions& options, uint64_t seed)

@@ -21,14 +21,15 @@ struct BackoffOptions {
   double jitter = 0.2;
 };
 
-// A number of this process alone, the same whenever it is asked: two processes,
-// also of containers whose process ids are equal, hardly ever have the same.
-uint64_t ProcessSeed();
+// Another number at every call: hardly ever the same as another caller's, of
+// this process or of another one (ids of processes are equal in containers).
+// Thread-safe.
+uint64_t FreshSeed();
 
 // The waits of one peer. Thread-safety: one thread. Blocking: never.
 class Backoff {
  public:
-  // Different callers take different seeds (ProcessSeed).
+  // Different callers take different seeds (FreshSeed).
   Backoff(const BackoffOptions& options, uint64_t seed);
 
   // The next wait.

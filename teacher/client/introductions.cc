@@ -44,7 +44,7 @@ absl::StatusOr<Introduction> AwaitIntroduction(
   };
   absl::StatusOr<Introduction> result;
   (void)rpc::Retry(
-      rpc::Backoff(options.backoff, rpc::ProcessSeed()),
+      rpc::Backoff(options.backoff, rpc::FreshSeed()),
       std::numeric_limits<int>::max(), wait, [&] {
         result = Introduce(replica, timeout, cancel);
         return MayCome(result.status())

@@ -23,7 +23,7 @@ ReplicaHealth::ReplicaHealth(const Options& options, Clock& clock)
   SINEW_CHECK(options.replicas >= 1 && options.late_factor >= 1);
   for (int i = 0; i < options.replicas; ++i) {
     replicas_.push_back(
-        {.backoff = rpc::Backoff(options_.backoff, rpc::ProcessSeed() + i),
+        {.backoff = rpc::Backoff(options_.backoff, rpc::FreshSeed()),
          .not_before = clock.SteadyNow()});
   }
 }
