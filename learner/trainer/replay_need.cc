@@ -1,5 +1,7 @@
 #include "learner/trainer/replay_need.h"
 
+#include <string>
+
 #include "absl/strings/str_cat.h"
 #include "common/segment/segment_size.h"
 
@@ -43,13 +45,16 @@ absl::Status CheckReplayHolds(const v1::Recipe& recipe,
                               int64_t evaluation_starts, int64_t limit_bytes) {
   const int64_t needed = ReplayBytesNeeded(recipe, layout, evaluation_starts);
   if (needed <= limit_bytes) return absl::OkStatus();
+  const std::string starts =
+      recipe.evaluation().interval() == 0
+          ? ""
+          : absl::StrCat(" and ", evaluation_starts,
+                         " starts of an evaluation (evaluation.starts of each "
+                         "clip)");
   return absl::InvalidArgumentError(absl::StrCat(
       "rollouts.replay_bytes (or --bytes of a replay elsewhere): expected >= ",
       needed, ", which the segments of ", recipe.rollouts().environments(),
-      " environments and ", evaluation_starts,
-      " starts of an evaluation (evaluation.starts of each clip) may need, "
-      "found ",
-      limit_bytes));
+      " environments", starts, " may need, found ", limit_bytes));
 }
 
 }  // namespace sinew::learner

@@ -63,6 +63,12 @@ TEST(CheckReplayHolds, NamesWhatAsksForMoreThanThereIs) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("rollouts.replay_bytes"),
                              HasSubstr("7 starts of an evaluation"))));
+
+  v1::Recipe recipe = MakeRecipe();
+  recipe.mutable_evaluation()->set_interval(0);
+  EXPECT_THAT(CheckReplayHolds(recipe, MakeLayout(), 7, 1),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("of 6 environments may need, found 1")));
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
 // A run that its replay could not hold is refused before it begins.
 #include <string>
 
-#include "absl/time/time.h"
 #include "common/files.h"
-#include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/testing/training_rig.h"
@@ -11,7 +9,6 @@
 namespace sinew::tests {
 namespace {
 
-using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "deploy/bundle/bundle.h"
 #include "tools/parity/onnx_runtime.h"
 

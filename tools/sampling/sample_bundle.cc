@@ -74,8 +74,9 @@ class Sampling {
 
   absl::StatusOr<SamplingResult> Run() {
     SINEW_RETURN_IF_ERROR(CheckOptions(options_));
-    SINEW_RETURN_IF_ERROR(CheckOutputFile(options_.out));
-    SINEW_RETURN_IF_ERROR(CheckOutputFile(options_.page));
+    for (const std::string& path : {options_.out, options_.page}) {
+      if (!path.empty()) SINEW_RETURN_IF_ERROR(CheckOutputFile(path));
+    }
     SINEW_RETURN_IF_ERROR(Load());
     SINEW_RETURN_IF_ERROR(MakeOrder());
     if (library_ != nullptr) SINEW_RETURN_IF_ERROR(Compare());

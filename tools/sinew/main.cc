@@ -71,6 +71,9 @@ int main(int argc, char** argv) {
   AddVerifyCommand(app, action);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError& error) {  // names them itself
+    app.exit(error);
+    return 2;
   } catch (const CLI::ParseError& error) {
     const int code = app.exit(error) == 0 ? 0 : 2;
     if (code != 0) PrintUnknown(app);
