@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "common/check.h"
 #include "common/digest.h"
 #include "common/segment/segment_layout.h"
 
@@ -100,6 +101,14 @@ v1::Segment MakeSegment(int64_t order_id, int64_t iteration) {
 
 std::string MakeSegmentBytes(int64_t order_id, int64_t iteration) {
   return SerializeDeterministically(MakeSegment(order_id, iteration));
+}
+
+v1::Tensor& Column(v1::Segment& segment, absl::string_view name) {
+  for (v1::Tensor& column : *segment.mutable_columns()) {
+    if (column.name() == name) return column;
+  }
+  SINEW_CHECK(false) << "no column " << name;
+  return *segment.mutable_columns(0);
 }
 
 }  // namespace sinew::replay

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "proto/sinew/v1/replay.pb.h"
 #include "proto/sinew/v1/rollout.pb.h"
@@ -28,6 +29,9 @@ v1::OpenRequest MakeOpen(absl::Span<const int64_t> order_ids,
 // A valid segment of that order; numbers differ from order to order.
 v1::Segment MakeSegment(int64_t order_id, int64_t iteration = 0);
 std::string MakeSegmentBytes(int64_t order_id, int64_t iteration = 0);
+
+// The column of that name, to change it; it must be there.
+v1::Tensor& Column(v1::Segment& segment, absl::string_view name);
 
 }  // namespace sinew::replay
 
