@@ -1,7 +1,8 @@
-// A run that its replay could not hold is refused before it begins.
+// A run that could not go to its end is refused before it begins.
 #include <string>
 
 #include "common/files.h"
+#include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/testing/training_rig.h"
@@ -9,6 +10,8 @@
 namespace sinew::tests {
 namespace {
 
+using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -42,6 +45,18 @@ TEST(LimitsTest, RefusesAnEvaluationThatReplayElsewhereCannotHold) {
   EXPECT_THAT(rig.Output("learner"),
               AllOf(HasSubstr("--bytes of a replay elsewhere"),
                     HasSubstr("found 2097152")));
+}
+
+TEST(LimitsTest, RefusesARunWhoseBundleCouldNotBeExported) {
+  const TrainingRig rig;
+  const std::string notes = JoinPath(rig.Path("run"), "bundle/notes.txt");
+  ASSERT_THAT(MakeDirectories(JoinPath(rig.Path("run"), "bundle")), IsOk());
+  ASSERT_THAT(WriteFileAtomically(notes, "mine"), IsOk());
+
+  EXPECT_EQ(rig.Run("out", rig.Train("run", 3)).code, kFailed);
+
+  EXPECT_THAT(rig.Output("out"), HasSubstr("found one that holds notes.txt"));
+  EXPECT_THAT(ReadFile(notes), IsOkAndHolds("mine"));
 }
 
 }  // namespace

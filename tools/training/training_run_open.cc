@@ -256,11 +256,13 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
   services.assets_sha256 = setup.assets_sha256;
   services.reissue_after = absl::Seconds(rollouts.reissue_seconds());
   SINEW_ASSIGN_OR_RETURN(services_, RunServices::Start(services));
-  // One that is away may come; what it then has no room for ends the run.
-  const auto replay = services_->replay().GetStatus();
-  if (replay.ok()) {
-    SINEW_RETURN_IF_ERROR(
-        CheckReplay(options_.recipe, setup, replay->limit_bytes()));
+  if (!options_.replay_address.empty()) {
+    // One that is away may come; what it then has no room for ends the run.
+    const auto replay = services_->replay().GetStatus();
+    if (replay.ok()) {
+      SINEW_RETURN_IF_ERROR(
+          CheckReplay(options_.recipe, setup, replay->limit_bytes()));
+    }
   }
   run_metrics_ = std::make_unique<RunMetrics>(services_->metrics());
   saver_ = std::make_unique<learner::StateSaver>(
