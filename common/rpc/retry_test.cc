@@ -1,5 +1,6 @@
 #include "common/rpc/retry.h"
 
+#include <cstdint>
 #include <stop_token>
 
 #include "absl/status/status.h"
@@ -42,6 +43,12 @@ TEST(Backoff, SpreadsCallersWithinItsJitter) {
     differ |= wait != two.Next();
   }
   EXPECT_TRUE(differ);
+}
+
+TEST(FreshSeed, IsAnotherOneForEveryCaller) {
+  const uint64_t first = FreshSeed();
+
+  EXPECT_NE(FreshSeed(), first);
 }
 
 TEST(WaitFor, EndsAtOnceWhenStopped) {

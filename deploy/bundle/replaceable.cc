@@ -1,6 +1,5 @@
 #include "deploy/bundle/replaceable.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "absl/strings/match.h"

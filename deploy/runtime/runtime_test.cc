@@ -48,10 +48,15 @@ class GivenFrames {
   const double contact_[2] = {1, 1};
 };
 
+// Plays a clip of the rig's library from that second on.
+void Play(const std::string& clip, double seconds, RuntimeRig& rig) {
+  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
+  ASSERT_THAT(rig.runtime->Play(clip, seconds, Runtime::Align::kNone), IsOk());
+}
+
 TEST(Runtime, GivenFramesAndTheLibrarysAgree) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("turn", 0.5, Runtime::Align::kNone), IsOk());
+  Play("turn", 0.5, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   GivenFrames frames(*rig.runtime);
@@ -92,8 +97,7 @@ TEST(Runtime, WantsTheFramesThatThePolicyLooksAtAndTheNext) {
 
 TEST(Runtime, NamesTheFrameThatIsWrong) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("turn", 0.5, Runtime::Align::kNone), IsOk());
+  Play("turn", 0.5, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   GivenFrames frames(*rig.runtime);
@@ -109,8 +113,7 @@ TEST(Runtime, NamesTheFrameThatIsWrong) {
 
 TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("turn", 0, Runtime::Align::kNone), IsOk());
+  Play("turn", 0, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   ASSERT_THAT(rig.runtime->Step(body.pose(), body.target()), IsOk());
@@ -133,8 +136,7 @@ TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
 
 TEST(Runtime, EstimatesWhatAnImuCannotGive) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
+  Play("sway", 0, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   for (int step = 0; step < 10; ++step) {
@@ -157,8 +159,7 @@ TEST(Runtime, EstimatesWhatAnImuCannotGive) {
 
 TEST(Runtime, TakesTheCallersPreviousTarget) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
+  Play("sway", 0, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   Pose state = body.pose();
@@ -176,8 +177,7 @@ TEST(Runtime, TakesTheCallersPreviousTarget) {
 
 TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 0, Runtime::Align::kNone), IsOk());
+  Play("sway", 0, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   Pose state = body.pose();
@@ -237,9 +237,7 @@ TEST(Runtime, NeedsTorquesWhereTheActionLawFoldsThemIn) {
 
 TEST(Runtime, HoldsTheEndOfAClip) {
   RuntimeRig rig;
-  ASSERT_THAT(rig.runtime->LoadLibrary(rig.library()), IsOk());
-  ASSERT_THAT(rig.runtime->Play("sway", 18 / 30.0, Runtime::Align::kNone),
-              IsOk());
+  Play("sway", 18 / 30.0, rig);
   Simulation body(*rig.runtime);
   ASSERT_THAT(body.Start(*rig.runtime), IsOk());
   EXPECT_FALSE(rig.runtime->is_over());

@@ -1,11 +1,12 @@
 #include "teacher/service/teacher_service.h"
 
-#include <memory>
+#include <algorithm>
 #include <string>
 #include <thread>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "common/metrics/registry.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/server.h"
