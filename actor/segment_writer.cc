@@ -84,11 +84,9 @@ SegmentWriter::SegmentWriter(const v1::SegmentLayout& layout, int steps,
 }
 
 v1::Tensor* SegmentWriter::Column(absl::string_view name) const {
-  for (v1::Tensor& tensor : *segment_->mutable_columns()) {
-    if (tensor.name() == name) return &tensor;
-  }
-  SINEW_CHECK(false) << "segment layout lacks column " << name;
-  return nullptr;
+  v1::Tensor* column = FindColumn(*segment_, name);
+  SINEW_CHECK(column != nullptr) << "segment layout lacks column " << name;
+  return column;
 }
 
 void SegmentWriter::WriteStep(int step, int environment, const StepRow& row) {

@@ -52,10 +52,17 @@ std::string DetailWithin(std::shared_ptr<const v1::StateLimits> limits,
   return response.detail();
 }
 
+// The same after a change of its episode.
+std::string EpisodeDetail(std::shared_ptr<const v1::StateLimits> limits,
+                          const std::function<void(v1::EpisodeEnd&)>& change) {
+  return DetailWithin(std::move(limits), [&change](v1::Segment& segment) {
+    change(*segment.mutable_episodes(0));
+  });
+}
+
 TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
   const auto detail = [](auto change) {
-    return DetailWithin(
-        Limits(), [&](auto& segment) { change(*segment.mutable_episodes(0)); });
+    return EpisodeDetail(Limits(), change);
   };
   EXPECT_EQ(detail([](auto&) {}), "");
   EXPECT_EQ(detail([](auto& episode) { episode.set_clip(3); }),
@@ -68,8 +75,7 @@ TEST(Judge, RefusesPlacesThatTheLibraryDoesNotHave) {
 
 TEST(Judge, ChecksLessForALearnerThatSaysNoLimits) {
   const auto detail = [](auto change) {
-    return DetailWithin(
-        nullptr, [&](auto& segment) { change(*segment.mutable_episodes(0)); });
+    return EpisodeDetail(nullptr, change);
   };
   EXPECT_EQ(detail([](auto& episode) { episode.set_clip(3); }), "");
   EXPECT_EQ(detail([](auto& episode) { episode.set_start_frame(-1); }),

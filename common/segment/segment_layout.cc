@@ -182,6 +182,13 @@ const v1::Tensor* FindColumn(const v1::Segment& segment,
   return nullptr;
 }
 
+v1::Tensor* FindColumn(v1::Segment& segment, absl::string_view name) {
+  for (v1::Tensor& column : *segment.mutable_columns()) {
+    if (column.name() == name) return &column;
+  }
+  return nullptr;
+}
+
 int64_t ElementBytes(v1::DataType dtype) {
   switch (dtype) {
     case v1::DATA_TYPE_FLOAT32:

@@ -108,6 +108,7 @@ std::string LayoutSha256(const v1::SegmentLayout& layout);
 // The column of that name, or null.
 const v1::Tensor* FindColumn(const v1::Segment& segment,
                              absl::string_view name);
+v1::Tensor* FindColumn(v1::Segment& segment, absl::string_view name);
 
 // Bytes of one element; 0 for an unknown type.
 int64_t ElementBytes(v1::DataType dtype);

@@ -35,11 +35,10 @@ LabelOptions Options() {
 template <typename T>
 void SetColumn(const char* name, const std::vector<T>& values,
                v1::Segment& segment) {
-  for (v1::Tensor& tensor : *segment.mutable_columns()) {
-    if (tensor.name() != name) continue;
-    tensor.set_data(std::string(reinterpret_cast<const char*>(values.data()),
-                                values.size() * sizeof(T)));
-  }
+  v1::Tensor* column = FindColumn(segment, name);
+  ASSERT_NE(column, nullptr) << name;
+  column->set_data(std::string(reinterpret_cast<const char*>(values.data()),
+                               values.size() * sizeof(T)));
 }
 
 // Rows i = 0 ... 5, one step's two environments after another's, all valid:

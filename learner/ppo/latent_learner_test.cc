@@ -58,12 +58,11 @@ UpdateStatistics UpdateUntil(PpoLearner& learner, int64_t iterations,
 
 // Adds to every number of a float32 column.
 void Shift(v1::Segment& segment, absl::string_view name, float by) {
-  for (v1::Tensor& tensor : *segment.mutable_columns()) {
-    if (tensor.name() != name) continue;
-    auto* values = reinterpret_cast<float*>(tensor.mutable_data()->data());
-    for (size_t i = 0; i < tensor.data().size() / sizeof(float); ++i) {
-      values[i] += by;
-    }
+  v1::Tensor* column = FindColumn(segment, name);
+  ASSERT_NE(column, nullptr) << name;
+  auto* values = reinterpret_cast<float*>(column->mutable_data()->data());
+  for (size_t i = 0; i < column->data().size() / sizeof(float); ++i) {
+    values[i] += by;
   }
 }
 

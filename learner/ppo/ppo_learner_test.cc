@@ -23,12 +23,11 @@ using ::sinew::testing::IsOk;
 // Overwrites element `index` of a float32 column.
 void Poke(v1::Segment& segment, absl::string_view name, size_t index,
           float value) {
-  for (v1::Tensor& tensor : *segment.mutable_columns()) {
-    if (tensor.name() != name) continue;
-    tensor.mutable_data()->replace(index * sizeof(float), sizeof(float),
-                                   reinterpret_cast<const char*>(&value),
-                                   sizeof(float));
-  }
+  v1::Tensor* column = FindColumn(segment, name);
+  ASSERT_NE(column, nullptr) << name;
+  column->mutable_data()->replace(index * sizeof(float), sizeof(float),
+                                  reinterpret_cast<const char*>(&value),
+                                  sizeof(float));
 }
 
 TEST(PpoLearner, SolvesASyntheticProblem) {

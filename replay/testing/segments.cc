@@ -104,11 +104,9 @@ std::string MakeSegmentBytes(int64_t order_id, int64_t iteration) {
 }
 
 v1::Tensor& Column(v1::Segment& segment, absl::string_view name) {
-  for (v1::Tensor& column : *segment.mutable_columns()) {
-    if (column.name() == name) return column;
-  }
-  SINEW_CHECK(false) << "no column " << name;
-  return *segment.mutable_columns(0);
+  v1::Tensor* column = FindColumn(segment, name);
+  SINEW_CHECK(column != nullptr) << "no column " << name;
+  return *column;
 }
 
 }  // namespace sinew::replay

@@ -57,6 +57,7 @@ TEST(LimitsTest, RefusesARunWhoseBundleCouldNotBeExported) {
 
   EXPECT_THAT(rig.Output("out"), HasSubstr("found one that holds notes.txt"));
   EXPECT_THAT(ReadFile(notes), IsOkAndHolds("mine"));
+  EXPECT_FALSE(FileExists(JoinPath(rig.Path("run"), "metrics.jsonl")));
 }
 
 }  // namespace
