@@ -43,7 +43,7 @@ void Session::Collect(SessionActions& actions) {
     queue_.pop_front();
     writing_ = true;
     actions.write.push_back(this);
-  } else if (closing_ && !starting_read_) {
+  } else if (closing_ && reads_being_started_ == 0) {
     finishing_ = true;
     actions.finish.push_back(this);
   }

@@ -69,8 +69,8 @@ class Session
 
   // A thread is about to call StartRead: until EndStartRead, the call is not
   // finished (starting an operation afterwards is forbidden).
-  void BeginStartRead() { starting_read_ = true; }
-  void EndStartRead() { starting_read_ = false; }
+  void BeginStartRead() { ++reads_being_started_; }
+  void EndStartRead() { --reads_being_started_; }
   void EndWrite() { writing_ = false; }
   // Adds what may be started now, and marks it as started.
   void Collect(SessionActions& actions);
@@ -99,7 +99,9 @@ class Session
   grpc::CallbackServerContext& context_;
   v1::DispatcherMessage outgoing_;
   std::deque<v1::DispatcherMessage> queue_;
-  bool starting_read_ = false;
+  // A read may be done, and its reaction start the next, before the call that
+  // started it has returned.
+  int reads_being_started_ = 0;
   bool writing_ = false;
   bool closing_ = false;
   bool finishing_ = false;  // Finish was or is being called
