@@ -24,11 +24,13 @@ Batch::Batch(int64_t action_width, v1::SegmentLayout layout, double discount,
       discount_(discount),
       lambda_(lambda) {}
 
-absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments) {
+absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments,
+                          int64_t images) {
   views_.clear();
   first_row_.clear();
   first_bootstrap_.clear();
   rows_ = bootstrap_rows_ = 0;
+  first_image_ = static_cast<int64_t>(segments.size()) - images;
   for (const v1::Segment* segment : segments) {
     SINEW_ASSIGN_OR_RETURN(const SegmentView view,
                            ViewSegment(*segment, layout_));
@@ -43,7 +45,7 @@ absl::Status Batch::Reset(absl::Span<const v1::Segment* const> segments) {
   action_.resize(rows_ * action_width_);
   action_mean_.resize(rows_ * action_width_);
   for (auto* column : {&next_values_, &log_probability_, &advantage_,
-                       &value_target_, &weight_}) {
+                       &value_target_, &weight_, &acted_}) {
     column->resize(rows_);
   }
   return absl::OkStatus();
@@ -68,6 +70,11 @@ void Batch::CopyColumns(int segment) {
             &log_probability_[row]);
   std::transform(view.valid.begin(), view.valid.end(), &weight_[row],
                  [](uint8_t valid) { return valid != 0 ? 1.0f : 0.0f; });
+  if (segment < first_image_) {
+    std::copy_n(&weight_[row], view.rows(), &acted_[row]);
+  } else {
+    std::fill_n(&acted_[row], view.rows(), 0.0f);
+  }
 }
 
 void Batch::ComputeReturns(int segment) {

@@ -51,7 +51,10 @@ class Batch {
     absl::Span<const float> latent_noise = {};
   };
 
-  absl::Status Reset(absl::Span<const v1::Segment* const> segments);
+  // The last `images` of the segments are mirror images of what acted
+  // (ppo.mirror): learned from like the others, but not `acted`.
+  absl::Status Reset(absl::Span<const v1::Segment* const> segments,
+                     int64_t images = 0);
   void CopyColumns(int segment);
   void ComputeReturns(int segment);
   // Advantages get mean 0 and standard deviation 1 over the valid rows.
@@ -73,6 +76,10 @@ class Batch {
   absl::Span<const float> value_target() const { return value_target_; }
   // 1 where the row is valid, 0 where it must have no effect.
   absl::Span<const float> weight() const { return weight_; }
+  // 1 where the row is valid and its action one that the policy took, so that
+  // action_mean is the policy's of then; 0 in images, where it is that of the
+  // other side.
+  absl::Span<const float> acted() const { return acted_; }
 
  private:
   // Before advantages are normalised.
@@ -85,12 +92,14 @@ class Batch {
   std::vector<SegmentView> views_;
   std::vector<int64_t> first_row_;        // of each segment
   std::vector<int64_t> first_bootstrap_;  // likewise, counted from 0
+  int64_t first_image_ = 0;               // segment
   int64_t rows_ = 0;
   int64_t bootstrap_rows_ = 0;
   std::vector<float> values_;  // [N + B]
   std::vector<float> next_values_;
   std::vector<float> action_, action_mean_;  // [N, A]
-  std::vector<float> log_probability_, advantage_, value_target_, weight_;
+  std::vector<float> log_probability_, advantage_, value_target_;
+  std::vector<float> weight_, acted_;
 };
 
 }  // namespace sinew::learner

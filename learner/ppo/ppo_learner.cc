@@ -57,7 +57,8 @@ class Ppo final : public PpoLearner {
     SINEW_RETURN_IF_ERROR(CheckPrimitives());
     SINEW_ASSIGN_OR_RETURN(const std::vector<const v1::Segment*> all,
                            WithMirrorImages(segments));
-    SINEW_RETURN_IF_ERROR(batch_.Reset(all));
+    SINEW_RETURN_IF_ERROR(batch_.Reset(
+        all, /*images=*/static_cast<int64_t>(all.size() - segments.size())));
     SINEW_RETURN_IF_ERROR(CheckSize());
     SINEW_RETURN_IF_ERROR(LoadSegments());
     SINEW_RETURN_IF_ERROR(ComputeValues());
@@ -124,6 +125,8 @@ class Ppo final : public PpoLearner {
 
  private:
   absl::Status BeginWith(const TensorMap& weights);
+  absl::Status LoadNetworks(const TensorMap& tensors,
+                            const v1::TrainingState& state);
 
   // The segments, then their mirror images if the recipe asks for them.
   absl::StatusOr<std::vector<const v1::Segment*>> WithMirrorImages(
@@ -299,15 +302,28 @@ absl::Status Ppo::Load(const TensorMap& tensors, const v1::TrainingState& state,
         state.policy_optimiser_step(), ", ", state.value_optimiser_step(), ", ",
         state.normaliser_count(), " and ", state.learning_rate_factor()));
   }
-  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
-  SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(
-      NetworkId::kPolicy, tensors, state.policy_optimiser_step()));
-  SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(NetworkId::kValue, tensors,
-                                                 state.value_optimiser_step()));
+  const TensorMap before = SaveTensors();
+  v1::TrainingState state_before;
+  SaveCounters(state_before);
+  if (const absl::Status loaded = LoadNetworks(tensors, state); !loaded.ok()) {
+    const absl::Status back = LoadNetworks(before, state_before);
+    SINEW_CHECK(back.ok()) << back.ToString();
+    return loaded;
+  }
   running_ = std::move(running);
   adaptive_factor_ = state.learning_rate_factor();
   has_primitives_ = true;
   return absl::OkStatus();
+}
+
+// May load a part if it fails.
+absl::Status Ppo::LoadNetworks(const TensorMap& tensors,
+                               const v1::TrainingState& state) {
+  SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
+  SINEW_RETURN_IF_ERROR(networks_->LoadOptimiser(
+      NetworkId::kPolicy, tensors, state.policy_optimiser_step()));
+  return networks_->LoadOptimiser(NetworkId::kValue, tensors,
+                                  state.value_optimiser_step());
 }
 
 absl::Status Ppo::InitFrom(const TensorMap& weights) {

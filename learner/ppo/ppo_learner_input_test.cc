@@ -131,6 +131,8 @@ TEST(PpoLearner, RefusesADamagedTrainingState) {
   const TensorMap tensors = learner->SaveTensors();
   v1::TrainingState state;
   learner->SaveCounters(state);
+  // What is loaded in part shows only in a learner that has gone on.
+  UpdateOnce(*learner, 1);
   const std::string before = Bits(*learner);
 
   for (const auto& [name, tensor] : tensors) {
@@ -138,6 +140,7 @@ TEST(PpoLearner, RefusesADamagedTrainingState) {
     damaged.erase(name);
     EXPECT_THAT(learner->Load(damaged, state, /*chunks=*/{}),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(name)));
+    EXPECT_EQ(Bits(*learner), before) << name;
   }
   TensorMap damaged = tensors;
   damaged.at("policy/mean/bias").mutable_float32()[0] = NAN;

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -19,6 +21,8 @@ namespace sinew::learner {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::StatusIs;
+using ::testing::HasSubstr;
 
 // Overwrites element `index` of a float32 column.
 void Poke(v1::Segment& segment, absl::string_view name, size_t index,
@@ -114,6 +118,55 @@ TEST(PpoLearner, ReportsNoKlBeforeItHasLearned) {
   EXPECT_EQ(statistics.clip_fraction, 0);
   // Entropy of 3 Gaussians: 3 (ln 0.3 + (1 + ln 2 pi) / 2) = 0.6449.
   EXPECT_NEAR(statistics.entropy, 0.6449, 1e-3);
+}
+
+// Of the synthetic problem: it has no sides, so any will do.
+SegmentMirror MakeMirror() {
+  return {.observation = {{1, 0, 2, 4, 3, 5}, {1, 1, -1, -1, -1, 1}},
+          .action = {{1, 0, 2}, {1, 1, -1}}};
+}
+
+TEST(PpoLearner, LearnsFromMirrorImagesToo) {
+  const std::string vanishing = "ppo { policy_learning_rate: 1e-12 epochs: 1 ";
+  const v1::Recipe recipe = MakeRecipe(vanishing + "mirror: true }");
+  const auto learner = MakeLearner(recipe, 2, MakeMirror());
+  const auto plain = MakeLearner(MakeRecipe(vanishing + "}"));
+
+  const UpdateStatistics images = UpdateOnce(*learner, 0);
+  const UpdateStatistics without = UpdateOnce(*plain, 0);
+
+  EXPECT_EQ(images.samples, without.samples);
+  EXPECT_EQ(images.reward_mean, without.reward_mean);
+  v1::TrainingState state, plain_state;
+  learner->SaveCounters(state);
+  plain->SaveCounters(plain_state);
+  EXPECT_EQ(state.value_optimiser_step(),
+            2 * plain_state.value_optimiser_step());
+  EXPECT_EQ(state.normaliser_count(), 2 * plain_state.normaliser_count());
+  // The policy has not moved. That its mean is another one on the other side is
+  // not counted as movement, or the KL stop would end the passes for it.
+  EXPECT_NEAR(images.kl, 0, 1e-8);
+  EXPECT_EQ(images.clip_fraction, 0);
+}
+
+TEST(PpoLearner, MeasuresMovementAlsoWithMirrorImages) {
+  const std::string eager = "ppo { policy_learning_rate: 0.03 kl_stop: 1e9 ";
+  const auto learner =
+      MakeLearner(MakeRecipe(eager + "mirror: true }"), 2, MakeMirror());
+
+  const UpdateStatistics statistics = UpdateOnce(*learner, 0);
+
+  EXPECT_GT(statistics.kl, 0.02);
+  EXPECT_GT(statistics.clip_fraction, 0.02);
+}
+
+TEST(PpoLearner, NeedsAMirrorForImages) {
+  EXPECT_THAT(PpoLearner::Create(
+                  MakeRecipe("ppo { mirror: true }"),
+                  {.observation_width = 6, .action_width = 3, .ranks = 1})
+                  .status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("recipe field ppo.mirror")));
 }
 
 TEST(PpoLearner, AdaptsThePolicyLearningRateToKl) {

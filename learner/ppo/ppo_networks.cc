@@ -37,8 +37,9 @@ at::Device DeviceOf(const std::string& name) {
 
 // The batch's columns that losses read.
 struct Targets {
-  Tensor action, action_mean;                               // [N, A]
-  Tensor log_probability, advantage, value_target, weight;  // [N]
+  Tensor action, action_mean;                       // [N, A]
+  Tensor log_probability, advantage, value_target;  // [N]
+  Tensor weight, acted;                             // [N]
 };
 
 class Networks final : public PpoNetworks {
@@ -98,9 +99,13 @@ class Networks final : public PpoNetworks {
       const auto column = [&](absl::Span<const float> values) {
         return HostView(values, {rows}, at::kFloat).to(device_);
       };
-      targets_ = {matrix(batch.action()),          matrix(batch.action_mean()),
-                  column(batch.log_probability()), column(batch.advantage()),
-                  column(batch.value_target()),    column(batch.weight())};
+      targets_ = {matrix(batch.action()),
+                  matrix(batch.action_mean()),
+                  column(batch.log_probability()),
+                  column(batch.advantage()),
+                  column(batch.value_target()),
+                  column(batch.weight()),
+                  column(batch.acted())};
       return absl::OkStatus();
     });
   }
@@ -341,9 +346,10 @@ Tensor Networks::PolicyLoss(int shard, const Tensor& index, double scale,
   const Tensor drift =
       (mean - targets_.action_mean.index_select(0, index)) / std;
   const Tensor outside = (ratio - 1).abs() > options_.ratio_clip;
+  const Tensor acted = targets_.acted.index_select(0, index);
   const Tensor sums =
-      at::stack({(drift.square().sum(1) * weight).sum() * 0.5,
-                 (outside * weight).sum(), entropy * weight.sum()})
+      at::stack({(drift.square().sum(1) * acted).sum() * 0.5,
+                 (outside * acted).sum(), entropy * weight.sum()})
           .to(at::kCPU);
   figures.kl = sums[0].item<double>();
   figures.clipped = sums[1].item<double>();

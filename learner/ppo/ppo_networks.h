@@ -17,12 +17,13 @@ namespace sinew::learner {
 enum class NetworkId { kPolicy = 0, kValue = 1 };
 inline constexpr int kNumNetworks = 2;
 
-// Sums over the valid rows of a shard, except `loss`, which is this shard's
-// part of the minibatch's mean loss.
+// Sums over the valid rows of a shard; `kl` and `clipped` over those in which
+// the policy acted (Batch::acted); `loss` is this shard's part of the
+// minibatch's mean loss.
 struct GradientFigures {
   double loss = 0;
-  double kl = 0;         // policy: sum of KL(old || new)
-  double clipped = 0;    // policy: rows with |ratio - 1| > clip
+  double kl = 0;         // policy: sum of KL(old || new), acted rows
+  double clipped = 0;    // policy: acted rows with |ratio - 1| > clip
   double entropy = 0;    // policy: sum
   double latent_kl = 0;  // policy with a latent: sum of KL(posterior || prior)
 };

@@ -55,24 +55,30 @@ class Epochs {
     return {&order_[begin + shard * size], static_cast<size_t>(size)};
   }
 
-  double ValidRows(int64_t begin) const {
-    double valid = 0;
+  // Of a minibatch: the sum of a column of zeros and ones.
+  double Count(absl::Span<const float> column, int64_t begin) const {
+    double count = 0;
     for (int64_t i = begin; i < begin + settings_.minibatch; ++i) {
-      valid += batch_.weight()[order_[i]];
+      count += column[order_[i]];
     }
-    return valid;
+    return count;
+  }
+  // That, but nothing is divided by 0: sums over no rows are 0.
+  double ActedRows(int64_t begin) const {
+    return std::max(1.0, Count(batch_.acted(), begin));
   }
 
   absl::Status Minibatch(int64_t begin, bool measure) {
-    const double valid = ValidRows(begin);
+    const double valid = Count(batch_.weight(), begin);
     if (valid == 0) return absl::OkStatus();
+    const double acted = ActedRows(begin);
     SINEW_ASSIGN_OR_RETURN(const MinibatchFigures sums,
                            Gradients(begin, 1 / valid));
     const GradientFigures& policy = sums.network[0];
     const GradientFigures& value = sums.network[1];
-    if (measure && policy.kl / valid > settings_.kl_stop) {
+    if (measure && policy.kl / acted > settings_.kl_stop) {
       stopped_ = true;
-      figures_.kl = policy.kl / valid;
+      figures_.kl = policy.kl / acted;
       return absl::OkStatus();
     }
     if (!std::isfinite(policy.loss) || !std::isfinite(value.loss)) {
@@ -83,7 +89,7 @@ class Epochs {
     figures_.policy_loss += policy.loss;
     figures_.value_loss += value.loss;
     figures_.entropy += policy.entropy / valid;
-    figures_.clip_fraction += policy.clipped / valid;
+    figures_.clip_fraction += policy.clipped / acted;
     figures_.latent_kl += policy.latent_kl / valid;
     return Step();
   }
@@ -142,8 +148,9 @@ class Epochs {
 
   absl::Status MeasureKl() {
     Shuffle(settings_.epochs);
-    const double valid = ValidRows(0);
+    const double valid = Count(batch_.weight(), 0);
     if (valid == 0) return absl::OkStatus();
+    const double acted = ActedRows(0);
     std::vector<double> parts(settings_.shards);
     SINEW_RETURN_IF_ERROR(
         pool_.TryRun(settings_.shards, [&](int shard) -> absl::Status {
@@ -153,7 +160,7 @@ class Epochs {
           parts[shard] = figures.kl;
           return absl::OkStatus();
         }));
-    for (const double part : parts) figures_.kl += part / valid;
+    for (const double part : parts) figures_.kl += part / acted;
     figures_.flops += static_cast<double>(settings_.minibatch) *
                       networks_.flops(NetworkId::kPolicy).forward;
     return absl::OkStatus();

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/digest.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
 #include "google/protobuf/text_format.h"
@@ -54,15 +56,17 @@ inline v1::Recipe MakeRecipe(const std::string& overrides = "") {
 
 // Where there is a latent, the body's own state is all but two columns of the
 // observation.
-inline std::unique_ptr<PpoLearner> MakeLearner(const v1::Recipe& recipe,
-                                               int ranks = 2) {
+inline std::unique_ptr<PpoLearner> MakeLearner(
+    const v1::Recipe& recipe, int ranks = 2,
+    std::optional<SegmentMirror> mirror = std::nullopt) {
   const SyntheticProblem problem;
   auto learner = PpoLearner::Create(
       recipe, {.observation_width = static_cast<int>(problem.observation_width),
                .self_observation_width =
                    static_cast<int>(problem.observation_width) - 2,
                .action_width = static_cast<int>(problem.action_width),
-               .ranks = ranks});
+               .ranks = ranks,
+               .mirror = std::move(mirror)});
   EXPECT_THAT(learner.status(), sinew::testing::IsOk());
   return *std::move(learner);
 }
