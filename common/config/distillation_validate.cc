@@ -239,6 +239,9 @@ void CheckExcluded(const v1::Recipe& recipe, FieldChecker& check) {
       ppo.inherited_rows());
   check.Require(ppo.anneal().begin_samples() == 0, "ppo.anneal.begin_samples",
                 kUnused, ppo.anneal().begin_samples());
+  check.Require(ppo.anneal().begin_iteration() == 0,
+                "ppo.anneal.begin_iteration", kUnused,
+                ppo.anneal().begin_iteration());
   check.Require(ppo.anneal().success_share() == 0, "ppo.anneal.success_share",
                 kUnused, ppo.anneal().success_share());
   check.Require(ppo.anneal().stall_evaluations() == 0,

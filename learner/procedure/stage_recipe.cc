@@ -111,10 +111,9 @@ void IgnoreEvaluations(v1::Recipe& recipe) {
 void SettleBeforeLast(const v1::Rollouts& rollouts, int64_t iterations,
                       v1::Anneal& anneal) {
   if (anneal.std_factor() == 1 && anneal.learning_rate_factor() == 1) return;
-  const int64_t samples = SamplesOfIteration(rollouts);
-  const int64_t annealed = DivideUp(anneal.samples(), samples);
-  anneal.set_begin_samples(
-      std::max<int64_t>(1, (iterations - 1 - annealed) * samples));
+  const int64_t annealed =
+      DivideUp(anneal.samples(), SamplesOfIteration(rollouts));
+  anneal.set_begin_iteration(std::max<int64_t>(1, iterations - 1 - annealed));
 }
 
 }  // namespace

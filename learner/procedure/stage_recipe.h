@@ -28,7 +28,7 @@ namespace sinew::learner {
 //                           the stage nor begin its annealing: they start on
 //                           the reference and say nothing of getting up; nor
 //                           in kSingle, which is to take all of its samples
-//   ppo.anneal.begin_samples   whole iterations, anneal.samples at least,
+//   ppo.anneal.begin_iteration   as many iterations as have anneal.samples
 //                           before the stage's last one (from the first on in a
 //                           stage no longer than that), if annealing changes
 //                           anything, so that the weights that count have

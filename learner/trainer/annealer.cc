@@ -27,8 +27,12 @@ void Annealer::Observe(double success_share, double survived_share,
   if (succeeded || stalled) Start(samples);
 }
 
-void Annealer::Advance(int64_t samples) {
-  if (recipe_.begin_samples() > 0 && samples >= recipe_.begin_samples()) {
+void Annealer::Advance(int64_t samples, int64_t iterations) {
+  const auto reached = [](int64_t now, int64_t begin) {
+    return begin > 0 && now >= begin;
+  };
+  if (reached(samples, recipe_.begin_samples()) ||
+      reached(iterations, recipe_.begin_iteration())) {
     Start(samples);
   }
 }

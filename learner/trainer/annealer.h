@@ -9,9 +9,9 @@
 namespace sinew::learner {
 
 // Lowers noise and learning rates once evaluations say so, after so many
-// samples, or when the trainer's plateau is reached (Start). From then on,
-// x = min(1, samples since / anneal.samples) and each factor is final^x
-// (geometric). It never stops once started.
+// samples or iterations, or when the trainer's plateau is reached (Start). From
+// then on, x = min(1, samples since / anneal.samples) and each factor is
+// final^x (geometric). It never stops once started.
 //
 // Thread-safety: one caller. Ownership: a value. Blocking: never. Errors: none.
 class Annealer {
@@ -21,9 +21,10 @@ class Annealer {
   // Tells it an evaluation that took effect after `samples` samples: share of
   // starts that succeeded and share of frames survived.
   void Observe(double success_share, double survived_share, int64_t samples);
-  // Tells it that so many samples have been learnt from. Starts at
-  // anneal.begin_samples, if there is one, at the first call at or past it.
-  void Advance(int64_t samples);
+  // Tells it that so many samples have been learnt from in so many iterations.
+  // Starts at the first call at or past anneal.begin_samples or
+  // begin_iteration, if there is one.
+  void Advance(int64_t samples, int64_t iterations);
   // Starts, unless it has started.
   void Start(int64_t samples);
   // Whether the factors are the final ones.

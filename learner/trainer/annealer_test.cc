@@ -62,20 +62,33 @@ TEST(Annealer, StartsAfterItsSamplesWhateverEvaluationsSay) {
   recipe.set_begin_samples(3000);
   Annealer annealer(recipe);
 
-  annealer.Advance(2999);
+  annealer.Advance(2999, 1);
   EXPECT_FALSE(annealer.state().started());
-  annealer.Advance(3100);
-  annealer.Advance(3200);
+  annealer.Advance(3100, 2);
+  annealer.Advance(3200, 3);
 
   EXPECT_EQ(annealer.state().start_samples(), 3100);
   EXPECT_FALSE(annealer.Finished(4099));
   EXPECT_TRUE(annealer.Finished(4100));
 }
 
+TEST(Annealer, StartsAfterItsIterationsHoweverFewSamplesTheyHad) {
+  v1::Anneal recipe = MakeRecipe(0, 0);
+  recipe.set_begin_iteration(3);
+  Annealer annealer(recipe);
+
+  annealer.Advance(9'000'000, 2);
+  EXPECT_FALSE(annealer.state().started());
+  annealer.Advance(9'000'001, 3);
+  annealer.Advance(9'000'002, 4);
+
+  EXPECT_EQ(annealer.state().start_samples(), 9'000'001);
+}
+
 TEST(Annealer, NeverStartsByItselfWithoutAReason) {
   Annealer annealer(MakeRecipe(0, 0));
 
-  annealer.Advance(1'000'000);
+  annealer.Advance(1'000'000, 1000);
   EXPECT_FALSE(annealer.state().started());
   EXPECT_FALSE(annealer.Finished(2'000'000));
   annealer.Start(1'000'000);

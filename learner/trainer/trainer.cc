@@ -208,7 +208,7 @@ absl::Status Trainer::Conclude(const std::vector<v1::Segment>& evaluation,
   if (report.evaluation && PolicyHadLearnt(report.evaluated_iteration)) {
     ObserveEvaluation(report.drawn);
   }
-  annealer_.Advance(samples_);
+  annealer_.Advance(samples_, iteration_);
   if (plateau_.enabled()) report.plateau = plateau_.state();
   learner_->SetFactors(annealer_.StdFactor(samples_),
                        annealer_.LearningRateFactor(samples_));

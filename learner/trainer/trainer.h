@@ -35,7 +35,7 @@ struct IterationReport {
   int64_t episodes = 0;
   int64_t failed_episodes = 0;  // terminated; others were truncated:
   int64_t time_limit_episodes = 0, clip_end_episodes = 0;
-  int64_t diverged = 0;
+  int64_t diverged = 0;    // simulations, whoever acted
   int64_t segments = 0;    // learned from, all of one lag:
   int64_t policy_lag = 0;  // versions that the orders were behind
   double mean_episode_steps = 0;
@@ -195,7 +195,7 @@ class Trainer {
   std::deque<v1::PendingEvaluation> pending_;
 };
 
-// Name of a run's identity: SHA-256 over recipe, assets and build.
+// Name of a run's identity: SHA-256 over recipe and assets.
 std::string MakeRunId(const v1::Recipe& recipe,
                       const std::string& assets_sha256);
 
