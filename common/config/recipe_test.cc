@@ -265,10 +265,16 @@ INSTANTIATE_TEST_SUITE_P(
                   "evaluation.interval: expected >= 1, since ppo.anneal waits "
                   "for evaluations, found 0"},
         Violation{{"task.start.rule=phc_soft"},
-                  "evaluation.interval: expected >= 1, since task.start.rule "
+                  "evaluation.interval: expected >= 1, since task.start "
                   "follows evaluations, found 0"},
         Violation{{"task.start.rule=phc_hard"},
-                  "evaluation.interval: expected >= 1, since task.start.rule "
+                  "evaluation.interval: expected >= 1, since task.start "
+                  "follows evaluations, found 0"},
+        Violation{{"task.start.rule=adaptive_bins",
+                   "task.start.adaptive.half_life_passages=1",
+                   "task.start.adaptive.clip_cap=1",
+                   "task.start.adaptive.clip_weight=CLIP_WEIGHT_EVALUATIONS"},
+                  "evaluation.interval: expected >= 1, since task.start "
                   "follows evaluations, found 0"}));
 
 // Configurations that would wait for ever.

@@ -127,6 +127,9 @@ void CheckStart(const v1::Start& start, FieldChecker& check) {
   check.Within(adaptive.bin_floor(), 0, 1, "task.start.adaptive.bin_floor");
   check.Within(adaptive.clip_floor(), 0, 1, "task.start.adaptive.clip_floor");
   check.Within(adaptive.clip_cap(), 0, 1, "task.start.adaptive.clip_cap");
+  check.Require(v1::AdaptiveBins::ClipWeight_IsValid(adaptive.clip_weight()),
+                "task.start.adaptive.clip_weight", "a known weight",
+                static_cast<int>(adaptive.clip_weight()));
   // Elsewhere zero is unset.
   if (start.rule() != v1::Start::RULE_ADAPTIVE_BINS) return;
   check.Positive(adaptive.half_life_passages(),
@@ -215,6 +218,20 @@ void CheckPpo(const v1::Ppo& ppo, FieldChecker& check) {
                "ppo.anneal.learning_rate_factor");
   check.AtLeast(anneal.stall_evaluations(), 0, "ppo.anneal.stall_evaluations");
   check.AtLeast(anneal.begin_samples(), 0, "ppo.anneal.begin_samples");
+  check.AtLeast(anneal.begin_iteration(), 0, "ppo.anneal.begin_iteration");
+}
+
+bool FollowsEvaluations(const v1::Start& start) {
+  switch (start.rule()) {
+    case v1::Start::RULE_PHC_SOFT:
+    case v1::Start::RULE_PHC_HARD:
+      return true;
+    case v1::Start::RULE_ADAPTIVE_BINS:
+      return start.adaptive().clip_weight() ==
+             v1::AdaptiveBins::CLIP_WEIGHT_EVALUATIONS;
+    default:
+      return false;
+  }
 }
 
 // An evaluation begun with snapshot k is waited for at iteration k + delay.
@@ -245,11 +262,9 @@ void CheckEvaluation(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(!anneals || evaluation.interval() > 0, "evaluation.interval",
                 ">= 1, since ppo.anneal waits for evaluations",
                 evaluation.interval());
-  const v1::Start::Rule rule = recipe.task().start().rule();
   check.Require(
-      (rule != v1::Start::RULE_PHC_SOFT && rule != v1::Start::RULE_PHC_HARD) ||
-          evaluation.interval() > 0,
-      "evaluation.interval", ">= 1, since task.start.rule follows evaluations",
+      !FollowsEvaluations(recipe.task().start()) || evaluation.interval() > 0,
+      "evaluation.interval", ">= 1, since task.start follows evaluations",
       evaluation.interval());
 }
 

@@ -67,6 +67,7 @@ void ExpectTeacher(const std::string& student, const std::string& teacher) {
   // A student learns from every clip, however often it fails elsewhere.
   v1::Start start = of_teacher.task().start();
   start.mutable_adaptive()->set_clip_floor(0.5);
+  start.mutable_adaptive()->clear_clip_weight();
   EXPECT_THAT(of_student.task().start(), EqualsProto(start));
   EXPECT_THAT(of_student.evaluation(), EqualsProto(of_teacher.evaluation()));
 }

@@ -13,10 +13,13 @@ namespace sinew::learner {
 //   floor of clip c   F_c = max(bin_floor * n_c / n, clip_floor / C);
 //                     all are divided by their sum where that is above 1
 //   cap of clip c     K_c = max(clip_cap, min(1, 2 / C), F_c)
-//   weight            w_b = n_b r_b, W_c its sum over the clip
+//   weight            w_b = n_b r_b, w_c its sum over the clip
+//   weight of clip c  W_c = w_c (CLIP_WEIGHT_BINS), or 1 where it failed its
+//                     latest evaluation or had none, and 1e-6 w_c / n_c where
+//                     it was won (CLIP_WEIGHT_EVALUATIONS)
 //   extra of clip c   E_c = min(K_c - F_c, lambda W_c), lambda such that
 //                     all E_c and all F_c sum to 1
-//   probability       p_b = F_c n_b / n_c + E_c w_b / W_c
+//   probability       p_b = F_c n_b / n_c + E_c w_b / w_c
 //
 // So every bin keeps bin_floor times what the uniform rule gives it, every clip
 // clip_floor / C, and no clip has more than K_c: what is above goes to the

@@ -12,6 +12,10 @@
 namespace sinew::learner {
 namespace {
 
+// Weight of a clip that was won, where one that was not has 1: its floor is all
+// that it gets, unless all are won or caps leave something over.
+constexpr double kWonWeight = 1e-6;
+
 class UniformRule final : public StartRule {
  public:
   void Weigh(v1::CurriculumTable& table) const override {
@@ -95,6 +99,23 @@ double RecentWeight(const v1::CurriculumTable::Bin& bin) {
   return bin.num_frames() * RecentFailureRate(bin);
 }
 
+// A clip's weight by its latest evaluation. `frames` and `bin_weights` by clip,
+// sums over its bins.
+std::vector<double> EvaluationWeights(const v1::CurriculumTable& table,
+                                      const std::vector<double>& frames,
+                                      const std::vector<double>& bin_weights) {
+  std::vector<double> weights(frames.size(), 0.0);
+  for (size_t c = 0; c < weights.size(); ++c) {
+    if (frames[c] == 0) continue;
+    const int clip = static_cast<int>(c);
+    const bool won = clip < table.clips_size() &&
+                     table.clips(clip).evaluations() > 0 &&
+                     !table.clips(clip).failed_latest();
+    weights[c] = won ? kWonWeight * bin_weights[c] / frames[c] : 1;
+  }
+  return weights;
+}
+
 class AdaptiveBinsRule final : public StartRule {
  public:
   explicit AdaptiveBinsRule(const v1::AdaptiveBins& adaptive)
@@ -107,7 +128,11 @@ class AdaptiveBinsRule final : public StartRule {
     for (const auto& bin : table.bins()) {
       weights[bin.clip()] += RecentWeight(bin);
     }
-    const std::vector<double> extras = ShareAboveFloors(limits, weights);
+    const bool by_evaluations =
+        adaptive_.clip_weight() == v1::AdaptiveBins::CLIP_WEIGHT_EVALUATIONS;
+    const std::vector<double> extras = ShareAboveFloors(
+        limits,
+        by_evaluations ? EvaluationWeights(table, frames, weights) : weights);
     for (auto& bin : *table.mutable_bins()) {
       const int clip = bin.clip();
       bin.set_probability(limits[clip].floor_share * bin.num_frames() /

@@ -140,6 +140,64 @@ TEST(AdaptiveBinsRule, FollowsRecentFailuresAboveTheFloor) {
   EXPECT_NEAR(rule->FloorShare(table), 0.1, 1e-12);
 }
 
+v1::AdaptiveBins ByEvaluations() {
+  v1::AdaptiveBins adaptive = Defaults();
+  adaptive.set_bin_floor(0);
+  adaptive.set_clip_floor(0.3);
+  adaptive.set_clip_cap(1);
+  adaptive.set_clip_weight(v1::AdaptiveBins::CLIP_WEIGHT_EVALUATIONS);
+  return adaptive;
+}
+
+TEST(AdaptiveBinsRule, GivesClipsThatAreNotWonAlikeAndOthersTheirFloor) {
+  v1::CurriculumTable table = MakeTable();
+  SetEvaluations(table, 0, 1, true);
+  SetEvaluations(table, 1, 9, false);  // the third was never evaluated
+  for (auto& bin : *table.mutable_bins()) bin.set_recent_passages(98);
+  table.mutable_bins(2)->set_recent_failures(49);
+
+  const std::vector<double> shares =
+      Shares(*MakeAdaptiveBinsRule(ByEvaluations()), table);
+
+  EXPECT_NEAR(shares[0], 0.45, 1e-6);
+  EXPECT_NEAR(shares[1], 0.1, 1e-6);
+  EXPECT_NEAR(shares[2], 0.45, 1e-6);
+  // Within a clip its bins' failures decide: weights 0.1, 0.1 and 2.5.
+  EXPECT_NEAR(table.bins(2).probability(), 0.1 * 5 / 25 + 0.35 * 2.5 / 2.7,
+              1e-6);
+}
+
+TEST(AdaptiveBinsRule, FollowsFailuresOnceAllClipsAreWon) {
+  v1::CurriculumTable table = MakeTable();
+  for (int c = 0; c < 3; ++c) SetEvaluations(table, c, 1, false);
+  for (auto& bin : *table.mutable_bins()) bin.set_recent_passages(98);
+  // Of the clip of one bin; however long the others are.
+  table.mutable_bins(3)->set_recent_failures(5);
+
+  const std::vector<double> shares =
+      Shares(*MakeAdaptiveBinsRule(ByEvaluations()), table);
+
+  EXPECT_NEAR(shares[0], 0.1 + 0.7 * 1 / 8, 1e-9);
+  EXPECT_NEAR(shares[1], 0.1 + 0.7 * 6 / 8, 1e-9);
+  EXPECT_NEAR(shares[2], 0.1 + 0.7 * 1 / 8, 1e-9);
+}
+
+TEST(AdaptiveBinsRule, GivesWonClipsWhatACapCutsOff) {
+  v1::CurriculumTable table = MakeTable();
+  SetEvaluations(table, 0, 1, true);
+  SetEvaluations(table, 1, 1, false);
+  SetEvaluations(table, 2, 1, false);
+  v1::AdaptiveBins adaptive = ByEvaluations();
+  adaptive.set_clip_cap(0.1);  // lifted to 2 / 3
+
+  const std::vector<double> shares =
+      Shares(*MakeAdaptiveBinsRule(adaptive), table);
+
+  EXPECT_NEAR(shares[0], 2.0 / 3, 1e-9);
+  EXPECT_NEAR(shares[1], 1.0 / 6, 1e-9);
+  EXPECT_NEAR(shares[2], 1.0 / 6, 1e-9);
+}
+
 // A table of `clips` clips with random bins, some of them left out, and random
 // statistics.
 v1::CurriculumTable RandomTable(uint64_t seed) {
@@ -182,6 +240,9 @@ v1::Start MakeStart(v1::Start::Rule rule, uint64_t seed) {
   adaptive.set_bin_floor(Uniform(key, 1));
   adaptive.set_clip_floor(Uniform(key, 2));
   adaptive.set_clip_cap(0.02 + 0.9 * Uniform(key, 3));
+  adaptive.set_clip_weight(seed % 2 == 0
+                               ? v1::AdaptiveBins::CLIP_WEIGHT_BINS
+                               : v1::AdaptiveBins::CLIP_WEIGHT_EVALUATIONS);
   return start;
 }
 
