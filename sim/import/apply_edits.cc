@@ -58,8 +58,12 @@ absl::Status ApplyEdits(const MotionMirror& mirror, const EditOptions& options,
   SINEW_ASSIGN_OR_RETURN(ModelMotion motion,
                          Edit(dynamics, mirror, played->motion, options));
   Joints joints = std::move(played->source_joints);
-  if (options.loop && !played->motion.loops) joints.clear();
+  const size_t all = joints.size();
   if (!joints.empty()) TrimJoints(options, motion.rate, &joints);
+  // Closing a loop changes frames in ways that the source is not changed in; a
+  // clip that loops is not closed, but a piece of one is.
+  const bool loops = played->motion.loops && joints.size() == all;
+  if (options.loop && !loops) joints.clear();
   if (options.mirror) {
     for (auto& frame : joints) {
       for (Eigen::Vector3d& joint : frame) joint.y() = -joint.y();

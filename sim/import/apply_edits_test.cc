@@ -81,6 +81,33 @@ TEST_F(ApplyEditsTest, TheSourceIsTrimmedAndMovedWithTheMotion) {
   }
 }
 
+TEST_F(ApplyEditsTest, ALoopThatIsMadeHasNoSource) {
+  for (const bool loops : {false, true}) {
+    Retargeted played = Played();
+    played.motion.loops = loops;
+    EditOptions options;
+    options.loop = true;
+    options.to_s = 0.9;
+
+    ASSERT_THAT(Apply(options, &played), IsOk());
+
+    EXPECT_TRUE(played.motion.loops);
+    EXPECT_TRUE(played.source_joints.empty()) << loops;
+    EXPECT_TRUE(played.source_parents.empty()) << loops;
+  }
+}
+
+TEST_F(ApplyEditsTest, AWholeLoopKeepsItsSource) {
+  Retargeted played = Played();
+  played.motion.loops = true;
+  EditOptions options;
+  options.loop = true;
+
+  ASSERT_THAT(Apply(options, &played), IsOk());
+
+  EXPECT_EQ(played.source_joints.size(), 31U);
+}
+
 TEST_F(ApplyEditsTest, SelfPenetrationIsThatOfThePiece) {
   Retargeted played = Played();
   const double own = played.quality.self_penetration_max_m();

@@ -16,6 +16,7 @@
 #include "sim/import/import_job.h"
 #include "sim/import/library_writer.h"
 #include "sim/import/parallel.h"
+#include "sim/motion/library.h"
 #include "sim/motion/library_check.h"
 
 namespace sinew::import {
@@ -27,7 +28,6 @@ constexpr char kCacheFolder[] = "cache";
 constexpr char kReportFile[] = "report.json";
 constexpr char kImportFile[] = "import.json";
 constexpr char kManifestFile[] = "manifest.json";
-constexpr char kFramesFile[] = "frames.safetensors";
 constexpr int64_t kMaxJsonBytes = int64_t{1} << 30;
 
 absl::Status Check(const ImportOptions& options, const ImportModel& model,
@@ -272,15 +272,18 @@ bool UpToDate(const std::string& directory, const std::string& outcome) {
   const auto text = ReadFile(JoinPath(directory, kImportFile), kMaxJsonBytes);
   const auto manifest =
       ReadFile(JoinPath(directory, kManifestFile), kMaxJsonBytes);
-  const auto frames = FileSize(JoinPath(directory, kFramesFile));
-  if (!text.ok() || !manifest.ok() || !frames.ok() ||
+  if (!text.ok() || !manifest.ok() ||
       !FileExists(JoinPath(directory, kReportFile))) {
     return false;
   }
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
-  return json.is_object() && json.value("outcome", Json()) == Json(outcome) &&
-         json.value("manifest_sha256", Json()) == Json(Sha256Hex(*manifest)) &&
-         json.value("frames_bytes", Json()) == Json(*frames);
+  if (!json.is_object() || json.value("outcome", Json()) != Json(outcome) ||
+      json.value("manifest_sha256", Json()) != Json(Sha256Hex(*manifest))) {
+    return false;
+  }
+  // The manifest has the digest of the frames.
+  const auto library = motion::Library::Load(directory);
+  return library.ok() && (*library)->Verify().ok();
 }
 
 absl::Status WriteImportFile(const std::string& directory,
@@ -288,12 +291,9 @@ absl::Status WriteImportFile(const std::string& directory,
   SINEW_ASSIGN_OR_RETURN(
       const std::string manifest,
       ReadFile(JoinPath(directory, kManifestFile), kMaxJsonBytes));
-  SINEW_ASSIGN_OR_RETURN(const int64_t frames,
-                         FileSize(JoinPath(directory, kFramesFile)));
   const Json json = {{"importer_version", kImporterVersion},
                      {"outcome", outcome},
-                     {"manifest_sha256", Sha256Hex(manifest)},
-                     {"frames_bytes", frames}};
+                     {"manifest_sha256", Sha256Hex(manifest)}};
   return WriteFileAtomically(JoinPath(directory, kImportFile), Dump(json));
 }
 

@@ -115,6 +115,25 @@ TEST_F(ImporterCacheTest, RepairsALibraryThatWasDamaged) {
   EXPECT_EQ(Bytes("damaged", "frames.safetensors"), whole);
 }
 
+TEST_F(ImporterCacheTest, RepairsFramesOfWhichAByteWasAltered) {
+  const std::vector<std::string> files = {
+      WriteTestFile("march.txt", testing::MarchJson())};
+  Import(files, "altered");
+  const std::string whole = Bytes("altered", "frames.safetensors");
+  std::string altered = whole;
+  altered.back() ^= 1;
+  WriteTestFile("altered/frames.safetensors", altered);
+  bool changed = false;
+  options_.changed = &changed;
+
+  EXPECT_THAT(
+      ImportFiles(*character_, files, options_, TestPath("altered"), &reports_),
+      IsOk());
+
+  EXPECT_TRUE(changed);
+  EXPECT_EQ(Bytes("altered", "frames.safetensors"), whole);
+}
+
 TEST_F(ImporterCacheTest, KeepsWhatWasFinishedWhenItIsStopped) {
   std::vector<std::string> files;
   for (int i = 0; i < 3; ++i) {

@@ -20,6 +20,10 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+// Metres and radians beyond this are damage; squares and sums of less stay
+// precise.
+constexpr double kMaxNumber = 1e6;
+
 // From y up, z right to z up, y left: a quarter turn about x, so it maps
 // vectors and the vector parts of quaternions alike.
 Vector3d ToZUp(const Vector3d& v) { return {v.x(), -v.z(), v.y()}; }
@@ -98,11 +102,18 @@ absl::Status CheckRow(const std::vector<double>& row, size_t frame, bool timed,
                       absl::StrCat("expected ", kDeepMimicColumns,
                                    " columns, found ", row.size()));
   }
-  if (timed && (row[0] < 0 || (row[0] == 0 && !is_last))) {
-    return FrameError(
-        source, frame,
-        absl::StrCat("duration (column 0): expected > 0 seconds, found ",
-                     row[0]));
+  if (timed && row[0] < (is_last ? 0 : 1 / kMaxFramesPerSecond)) {
+    return FrameError(source, frame,
+                      absl::StrCat("duration (column 0): expected at least ",
+                                   is_last ? 0 : 1 / kMaxFramesPerSecond,
+                                   " seconds, found ", row[0]));
+  }
+  for (size_t column = 1; column < row.size(); ++column) {
+    if (std::abs(row[column]) <= kMaxNumber) continue;
+    return FrameError(source, frame,
+                      absl::StrFormat("column %d: expected a number within "
+                                      "+-%g, found %g",
+                                      column, kMaxNumber, row[column]));
   }
   return absl::OkStatus();
 }
@@ -171,11 +182,10 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
     SINEW_ASSIGN_OR_RETURN(SourcePose pose,
                            ReadPose(row, i, source, &clip.quaternion_drift));
     pose.time = time;
-    if (i > 0 && !(time > clip.poses.back().time)) {
+    if (time > kMaxClipSeconds) {
       return FrameError(source, i,
-                        absl::StrCat("expected a time after ", time,
-                                     " s, found the same: the frame before "
-                                     "lasts too short"));
+                        absl::StrCat("expected at most ", kMaxClipSeconds,
+                                     " seconds, found ", time));
     }
     clip.poses.push_back(std::move(pose));
     time = options.frames_per_second
@@ -188,11 +198,6 @@ absl::StatusOr<SourceClip> ParseDeepMimic(absl::string_view json,
   clip.facts.set_duration_s(clip.duration());
   clip.facts.set_metres_per_unit(1);
   clip.facts.set_up_axis("y");
-  if (clip.duration() > kMaxClipSeconds) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(source, ": expected at most ", kMaxClipSeconds,
-                     " seconds, found ", clip.duration()));
-  }
   return clip;
 }
 

@@ -97,7 +97,8 @@ TEST(DeepMimic, NeedsNoTimesWhereTheUserSaysTheRate) {
   EXPECT_THAT(
       ParseDeepMimic(Json(std::vector<std::vector<std::string>>(20, Row(0))),
                      "c", "dir/c.txt", {.frames_per_second = 1e-3}),
-      testing::IsRefused("dir/c.txt: ", "expected at most 14400 seconds"));
+      testing::IsRefused("dir/c.txt: ",
+                         "frame 15: expected at most 14400 seconds"));
 }
 
 TEST(DeepMimic, RefusesUnitsAndAxesThatTheFormatHasNot) {
@@ -153,7 +154,13 @@ INSTANTIATE_TEST_SUITE_P(
     Values, DeepMimicError,
     ::testing::Values(
         BadFile{Json({Row(1), Row(1e-300), Row(0)}),
-                "frame 2: expected a time after 1 s, found the same"},
+                "frame 1: duration (column 0): expected at least 0.0001 "
+                "seconds, found 1e-300"},
+        BadFile{Json({Row(4e-320), Row(1), Row(0)}), "frame 0: duration"},
+        BadFile{Json({Row(0.1), With(3, "1e7")}),
+                "frame 1: column 3: expected a number within +-1e+06, found "
+                "1e+07"},
+        BadFile{Json({With(20, "-1e300"), Row(0.1)}), "frame 0: column 20"},
         BadFile{Json({Row(0.1), Short()}),
                 "frame 1: expected 44 columns, found 43"},
         BadFile{Json({Row(0.1), With(7, "NaN")}),
@@ -162,8 +169,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{Json({Row(0.1), With(7, "\"x\"")}),
                 "expected a number, found a string in frame 1"},
         BadFile{Json({With(0, "-0.1"), Row(0.1)}),
-                "frame 0: duration (column 0): expected > 0 seconds, found "
-                "-0.1"},
+                "frame 0: duration (column 0): expected at least 0.0001 "
+                "seconds, found -0.1"},
         BadFile{Json({Row(0.1), With(0, "-1")}), "frame 1: duration"},
         BadFile{Json({With(0, "0"), Row(0.1)}), "frame 0: duration"},
         BadFile{Json({Row(0.1), With(16, "3")}),

@@ -126,9 +126,12 @@ absl::StatusOr<std::vector<double>> TimesAsWritten(const KeyFile& file) {
     return std::vector<double>();
   }
   for (size_t key = 1; key < times.size(); ++key) {
-    if (times[key] > times[key - 1]) continue;
+    // Times of an even rate are rounded as they are written.
+    constexpr double kLeast = 0.99 / kMaxFramesPerSecond;
+    if (times[key] - times[key - 1] >= kLeast) continue;
     return KeyError(file, key, "time",
-                    absl::StrCat("expected more than the ", times[key - 1],
+                    absl::StrCat("expected at least ", 1 / kMaxFramesPerSecond,
+                                 " s more than the ", times[key - 1],
                                  " s of the key before, found ", times[key]));
   }
   return times;

@@ -16,8 +16,9 @@ namespace sinew::import {
 // with a <key> a frame. The XML is read as such, never by MuJoCo's compiler,
 // whose trust in its input a stranger's file does not deserve.
 //
-// Times: the keys' `time`, if they rise; if no key says one, the given rate,
-// else kDefaultKeyRate, which is then "concluded" in the facts.
+// Times: the keys' `time`, each at least 0.1 ms past the one before; if no key
+// says one, the given rate, else kDefaultKeyRate, which is then "concluded" in
+// the facts.
 
 inline constexpr double kDefaultKeyRate = 30;
 // Larger files are refused.
@@ -28,7 +29,7 @@ inline constexpr int64_t kKeyframesMaxBytes = int64_t{128} << 20;
 // that names `source`, key and attribute, expected and found. INVALID_ARGUMENT:
 // not XML, no keys, fewer than two, keys without qpos (of mocap markers: see
 // ParseMarkerKeyframes), qpos of other size than the model's, numbers that are
-// none or not finite, times that do not rise; a model with unnamed or other
+// none or not finite, times that do not rise so; a model with unnamed or other
 // joints, or that this file does not hold whole (include, attach, replicate,
 // composite, flexcomp); unit or up axis other than MuJoCo's.
 // RESOURCE_EXHAUSTED: too large or too long.

@@ -145,8 +145,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{
             File(absl::StrCat(kKeys,
                               "<key time='1.5' qpos='0 0 1 1 0 0 0 0 0 0'/>")),
-            "key 2 (\"\"): time: expected more than the 1.5 s of the key "
-            "before, found 1.5"},
+            "key 2 (\"\"): time: expected at least 0.0001 s more than the "
+            "1.5 s of the key before, found 1.5"},
+        BadFile{File("<key time='0' qpos='0 0 1 1 0 0 0 0 0 0'/>"
+                     "<key time='1e-320' qpos='0 0 1 1 0 0 0 0 0 0'/>"),
+                "key 1 (\"\"): time: expected at least 0.0001 s more"},
         BadFile{
             File(absl::StrCat(kKeys,
                               "<key time='3' qpos='0 0 1 1 1 0 0 0 0 0'/>")),

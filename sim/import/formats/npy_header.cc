@@ -226,7 +226,9 @@ absl::StatusOr<NpyHeader> ParseNpyHeader(absl::string_view bytes,
   // The product, without overflow.
   int64_t room = kNpyMaxBytes;
   for (const int64_t size : header.shape) room /= std::max<int64_t>(size, 1);
-  if (room < header.item_bytes) {
+  // Elements of no bytes (empty text) count as one: their number is bounded
+  // too.
+  if (room < std::max<int64_t>(header.item_bytes, 1)) {
     return absl::ResourceExhaustedError(
         absl::StrCat(source, ": expected an array of at most ", kNpyMaxBytes,
                      " bytes, found ", header.ToString()));

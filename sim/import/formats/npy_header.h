@@ -40,7 +40,7 @@ inline constexpr int64_t kNpyMaxBytes = int64_t{1} << 30;
 // kNpyMaxHeaderBytes of the file, or all of it). Strict: the three keys and no
 // others. INVALID_ARGUMENT naming `source`, expected and found: not npy, other
 // versions, pickled objects, records, complex numbers and dates, shapes of more
-// than 4 dimensions or kNpyMaxBytes.
+// than 4 dimensions. RESOURCE_EXHAUSTED: more than kNpyMaxBytes.
 absl::StatusOr<NpyHeader> ParseNpyHeader(absl::string_view bytes,
                                          absl::string_view source);
 

@@ -146,6 +146,13 @@ TEST(Npy, RefusesShapesThatNoMemoryHolds) {
       StatusIs(absl::StatusCode::kResourceExhausted,
                HasSubstr("expected an array of at most 1073741824 bytes, "
                          "found float64 (1000000000, ")));
+  // Text of no letters takes no bytes, however many there are.
+  EXPECT_THAT(
+      NpyArray::Parse(
+          MakeNpy("<U0", false, "(1000000000, 1000000000, 1000000000)", ""),
+          "b.npz: gender"),
+      StatusIs(absl::StatusCode::kResourceExhausted,
+               HasSubstr("expected an array of at most")));
 }
 
 }  // namespace

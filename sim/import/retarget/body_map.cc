@@ -127,6 +127,12 @@ class Mapper {
       for (const char* joint : {"hip", "knee", "ankle"}) {
         const std::string name = absl::StrCat(side, joint);
         if (FindMappedRole(name) >= 0) continue;
+        const int role = track_.Find(name);
+        if (role >= 0 && !track_.turns[role]) {
+          return absl::InvalidArgumentError(absl::StrCat(
+              "skeleton: expected a ", name,
+              " that turns, with a joint or an end below it, found an end"));
+        }
         return absl::InvalidArgumentError(
             absl::StrCat("character: expected hinges whose semantic is ", name,
                          " or ", name, "_*, found none"));

@@ -113,7 +113,7 @@ Series ChooseBranches(const HingeChain& chain,
   Path best;
   for (size_t first = 0; first < candidates[0].size(); ++first) {
     Path path = CheapestPath(chain, candidates, static_cast<int>(first), loops);
-    if (path.cost < best.cost) best = std::move(path);
+    if (best.choice.empty() || path.cost < best.cost) best = std::move(path);
   }
   Series angles;
   for (size_t t = 0; t < targets.size(); ++t) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -24,6 +25,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::MadeClip;
+using ::testing::Not;
 using testing::SkeletonStyle;
 
 // On both characters.
@@ -187,6 +189,33 @@ TEST_P(RetargetTest, AnglesBeyondALimitAreCutAndCounted) {
   EXPECT_EQ(played->motion.qpos[5][joint.qpos_address], joint.upper);
 }
 
+TEST_P(RetargetTest, AJointWithoutLimitsTurnsOn) {
+  RobotClip clip = Crouch(0);
+  const int joint = 3;
+  mjModel& m = const_cast<mjModel&>(*model_.model);
+  const int id = m.dof_jntid[model_.joints[joint].dof_address];
+  const mjtByte limited = m.jnt_limited[id];
+  m.jnt_limited[id] = 0;
+  model_.joints[joint].lower = -std::numeric_limits<double>::infinity();
+  model_.joints[joint].upper = std::numeric_limits<double>::infinity();
+  // Once and a half round.
+  for (RobotPose& pose : clip.poses) {
+    pose.joints[joint] = 1.5 * std::numbers::pi * pose.time;
+  }
+
+  const auto played = FitRobotClip(model_, clip, options_);
+
+  m.jnt_limited[id] = limited;
+  ASSERT_THAT(played, IsOk());
+  const int address = model_.joints[joint].qpos_address;
+  const auto& qpos = played->motion.qpos;
+  for (size_t t = 1; t < qpos.size(); ++t) {
+    ASSERT_NEAR(qpos[t][address] - qpos[t - 1][address],
+                1.5 * std::numbers::pi / 30, 0.01)
+        << t;
+  }
+}
+
 TEST_P(RetargetTest, ARobotOfAnotherKindIsRefused) {
   RobotClip clip = Crouch(0);
   for (std::string& name : clip.joints) name += "_of_another";
@@ -210,6 +239,19 @@ TEST_P(RetargetTest, ACharacterWithoutKneesIsRefused) {
   EXPECT_THAT(RetargetClip(model_, MadeClip({}), options_),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("hinges whose semantic is left_knee")));
+}
+
+TEST_P(RetargetTest, ASkeletonWhoseAnkleIsAnEndIsRefusedAsSuch) {
+  SourceClip clip = MadeClip({});
+  const int ankle = clip.skeleton.Find("LeftFoot");
+  ASSERT_GE(ankle, 0);
+  clip.skeleton.joints[ankle].is_end = true;
+
+  EXPECT_THAT(RetargetClip(model_, clip, options_),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("skeleton: expected a left_ankle that "
+                                       "turns"),
+                             Not(HasSubstr("character")))));
 }
 
 TEST_P(RetargetTest, RefusesMoreFramesThanAreBounded) {

@@ -97,12 +97,13 @@ SourceClip AsBalls(const RobotClip& clip) {
 }
 
 // The joint's angle, of the representatives modulo 2 pi the one nearest to the
-// middle of its range.
-double Angle(const mjModel& model, int joint, const Quaterniond& ball) {
+// middle of its range; without limits, to `before`.
+double Angle(const mjModel& model, int joint, const Quaterniond& ball,
+             double before) {
   const double angle = 2 * std::atan2(ball.x(), ball.w());
   const double* range = model.jnt_range + 2 * joint;
   return motion::Unwrap(
-      angle, model.jnt_limited[joint] ? (range[0] + range[1]) / 2 : 0);
+      angle, model.jnt_limited[joint] ? (range[0] + range[1]) / 2 : before);
 }
 
 // Fills qpos; returns the share of angles beyond a limit.
@@ -118,9 +119,13 @@ double FillPoses(const ImportModel& model, const Columns& columns,
       const ImportJoint& joint = model.joints[j];
       const int id = m.dof_jntid[joint.dof_address];
       const int column = columns.of_joint[j];
-      const double wanted = column < 0
-                                ? joint.default_position
-                                : Angle(m, id, track.rotation[t][column + 1]);
+      // A joint that turns on does not jump back by 2 pi; in a loop it must
+      // come back to where it began.
+      const double before =
+          t == 0 || track.loops ? 0 : motion->qpos.back()[joint.qpos_address];
+      const double wanted =
+          column < 0 ? joint.default_position
+                     : Angle(m, id, track.rotation[t][column + 1], before);
       double& angle = qpos[joint.qpos_address];
       angle = std::clamp(wanted, joint.lower, joint.upper);
       beyond += std::abs(angle - wanted) > kLimitTolerance;
