@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/status_macros.h"
+#include "deploy/checkpoint/client/validate_artifact.h"
 
 namespace sinew::checkpoint {
 
@@ -38,6 +39,11 @@ absl::Status PutFiles(ArtifactStore& store, v1::Artifact record,
 absl::StatusOr<ArtifactFiles> GetFiles(ArtifactStore& store,
                                        const std::string& name) {
   SINEW_ASSIGN_OR_RETURN(const v1::Artifact artifact, store.GetArtifact(name));
+  // A store elsewhere may be of any build, or another's: its paths are about to
+  // be names of files here.
+  if (const absl::Status valid = ValidateArtifact(artifact); !valid.ok()) {
+    return absl::DataLossError(valid.message());
+  }
   ArtifactFiles files;
   for (const v1::Artifact::File& file : artifact.files()) {
     const std::string what =

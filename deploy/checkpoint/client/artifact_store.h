@@ -73,7 +73,8 @@ absl::Status PutFiles(ArtifactStore& store, v1::Artifact record,
                       const ArtifactFiles& files);
 
 // All files of an artifact, by id or alias, verified. Errors name artifact and
-// file.
+// file; DATA_LOSS also for a record that ValidateArtifact refuses, so that no
+// path leaves the folder that it is written to.
 absl::StatusOr<ArtifactFiles> GetFiles(ArtifactStore& store,
                                        const std::string& name);
 
