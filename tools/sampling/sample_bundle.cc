@@ -1,6 +1,8 @@
 #include "tools/sampling/sample_bundle.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -35,6 +37,14 @@ absl::Status Refuse(absl::string_view flag, absl::string_view expected,
       absl::StrFormat("--%s: expected %s, found %g", flag, expected, found));
 }
 
+// The shortest text that is this scale and no other: ways go by their names.
+std::string NoiseName(double scale) {
+  std::array<char, 32> text;
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), scale).ptr;
+  return absl::StrCat("noise ", std::string(text.data(), end));
+}
+
 absl::Status CheckOptions(const SamplingOptions& options) {
   if (!(options.seconds > 0) || !std::isfinite(options.seconds)) {
     return Refuse("seconds", "> 0", options.seconds);
@@ -47,12 +57,12 @@ absl::Status CheckOptions(const SamplingOptions& options) {
                   options.per_start);
   }
   for (const double noise : options.noise) {
-    if (!(noise >= 0) || !std::isfinite(noise)) {
-      return Refuse("noise", ">= 0", noise);
+    if (!(noise >= 0 && noise <= kMostNoise)) {
+      return Refuse("noise", absl::StrCat("0 to ", kMostNoise), noise);
     }
   }
   if (options.threads < 1) return Refuse("threads", ">= 1", options.threads);
-  if (!(options.threshold > 0)) {
+  if (!(options.threshold > 0) || !std::isfinite(options.threshold)) {
     return Refuse("threshold", "> 0", options.threshold);
   }
   if (options.transitions < 1) {
@@ -87,7 +97,7 @@ class Sampling {
     noise.erase(std::unique(noise.begin(), noise.end()), noise.end());
     for (const double scale : noise) {
       if (scale == 0) continue;  // is there
-      SINEW_RETURN_IF_ERROR(AddWay(absl::StrFormat("noise %g", scale), scale));
+      SINEW_RETURN_IF_ERROR(AddWay(NoiseName(scale), scale));
     }
     SINEW_RETURN_IF_ERROR(Write());
     return std::move(result_);

@@ -18,15 +18,15 @@ struct SamplingOptions {
   double seconds = 10;              // of each sample, > 0
   int count = 64;                   // samples at each scale of the noise
   int per_start = 0;                // of one start; 0: 4, 2 or 1, as it divides
-  std::vector<double> noise = {1};  // scales >= 0
-  uint64_t seed = 0;
-  int threads = 1;              // >= 1; never changes results
-  double threshold = 0.5;       // of coverage, > 0
-  int64_t transitions = 40000;  // that are compared at most, >= 1
-  bool student = false;         // also what the policy itself covers
-  std::string out;              // JSON file; empty: none
-  std::string pictures;         // folder; empty: none
-  std::string page;             // HTML file; empty: none
+  std::vector<double> noise = {1};  // scales, 0 to kMostNoise
+  uint64_t seed = 0;                // of noise and clip frames, not of falls
+  int threads = 1;                  // >= 1; never changes results
+  double threshold = 0.5;           // of coverage, > 0
+  int64_t transitions = 40000;      // that are compared at most, >= 1
+  bool student = false;             // also what the policy itself covers
+  std::string out;                  // JSON file; empty: none
+  std::string pictures;             // folder; empty: none
+  std::string page;                 // HTML file; empty: none
 };
 
 struct SamplingResult {
@@ -36,6 +36,10 @@ struct SamplingResult {
 
 // Most control steps of one way to act: bounds the memory, about 1 kB each.
 inline constexpr int64_t kMostSteps = 500000;
+
+// Largest scale of the noise: far beyond what a decoder was trained on, and
+// within what a float holds.
+inline constexpr double kMostNoise = 1e6;
 
 // What `sinew sample` does: lets the prior of a bundle move bodies from `start`
 // (clip where there is a library, else fallen) at each scale of the noise, and,

@@ -29,7 +29,7 @@ SampleRow MakeRow(const BodyLaw& law, absl::Span<const SampleStart> starts,
   row.root_distance =
       std::hypot(static_cast<double>(root[root.size() - 2]) - root[0],
                  static_cast<double>(root[root.size() - 1]) - root[1]);
-  row.foot_skate = motion.skate.mean_m_per_s();
+  if (motion.skate.contacts > 0) row.foot_skate = motion.skate.mean_m_per_s();
   return row;
 }
 

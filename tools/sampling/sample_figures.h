@@ -30,7 +30,8 @@ struct SampleRow {
   bool diverged = false;
   double end_height = 0;     // of the head, share of its standing height
   double root_distance = 0;  // m over the floor, from start to end
-  double foot_skate = 0;     // m/s
+  // m/s; NaN: no foot touched the floor.
+  double foot_skate = std::numeric_limits<double>::quiet_NaN();
 };
 
 // What is said of all samples of one way to act.

@@ -105,6 +105,18 @@ TEST(MeasureSamples, HasNoShareOfNothing) {
   EXPECT_TRUE(std::isnan(figures.stuck_share));
   EXPECT_EQ(figures.diversity.pairs, 0);
   EXPECT_EQ(figures.latent.steps, 0);
+  EXPECT_TRUE(std::isnan(figures.rows[0].foot_skate));
+}
+
+TEST(MeasureSamples, TellsHowFeetThatTouchTheFloorSlide) {
+  const Toy toy;
+  std::vector<SampleMotion> motions = {Motion(0, 0.44, 0.44)};
+  motions[0].skate = {.contacts = 4, .sum_m_per_s = 1};
+
+  const SampleFigures figures =
+      toy.Measure({{.name = "a", .qpos = {}, .qvel = {}}}, motions);
+
+  EXPECT_DOUBLE_EQ(figures.rows[0].foot_skate, 0.25);
 }
 
 TEST(MeasureSamples, AClipPlayedBackCoversItselfButForItsStart) {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "sim/metrics/foot_skate.h"
 #include "tools/sampling/sample_starts.h"
 
 namespace sinew::sampling {
@@ -18,6 +19,11 @@ constexpr char kColumns[] =
 
 Json Number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+// Of a foot that never touched the floor nobody knows how it slides.
+Json SkateNumber(const metrics::FootSkate& skate) {
+  return skate.contacts > 0 ? Json(skate.mean_m_per_s()) : Json(nullptr);
 }
 
 Json LatentObject(const metrics::LatentContinuity& latent) {
@@ -84,7 +90,7 @@ Json FiguresObject(const SampleFigures& figures) {
       {"got_up_share", Number(figures.got_up_share)},
       {"stuck_share", Number(figures.stuck_share)},
       {"diversity", DiversityObject(figures.diversity)},
-      {"foot_skate_m_per_s", figures.skate.mean_m_per_s()},
+      {"foot_skate_m_per_s", SkateNumber(figures.skate)},
       {"foot_contacts", figures.skate.contacts},
       {"root_speed_m_per_s", figures.energy.root_speed_m_per_s()},
       {"joint_speed_rad_per_s", figures.energy.joint_speed_rad_per_s()},
@@ -125,7 +131,8 @@ Json Definitions(const SamplingSource& source) {
        "tracked bodies, relative to the root in its heading "
        "frame, over time and at the end; of the roots at the end"},
       {"foot_skate_m_per_s",
-       "mean slide of feet that touch the floor (sim/metrics/foot_skate.h)"},
+       "mean slide of feet that touch the floor (sim/metrics/foot_skate.h); "
+       "null: none did"},
       {"acceleration_m_per_s2", "mean second difference of body positions"},
       {"latent",
        "of what was decoded: mean |z_t - z_t-1|, spread of all z, "
@@ -180,7 +187,7 @@ std::string SamplingJson(const SamplingSource& source,
         {"transitions_all", library->all},
         {"features", source.features},
         {"threshold", source.threshold},
-        {"foot_skate_m_per_s", library->skate.mean_m_per_s()},
+        {"foot_skate_m_per_s", SkateNumber(library->skate)},
         {"root_speed_m_per_s", library->energy.root_speed_m_per_s()},
         {"joint_speed_rad_per_s", library->energy.joint_speed_rad_per_s()},
         {"acceleration_m_per_s2", library->energy.acceleration_m_per_s2()}};

@@ -31,7 +31,8 @@ struct SamplingSource {
 };
 
 // The file of `sinew sample`; what its fields mean it says itself under
-// "definitions". Shares of nothing are null. `library` may be null. Pure.
+// "definitions". Shares and means of nothing are null. `library` may be null.
+// Pure.
 std::string SamplingJson(const SamplingSource& source,
                          const LibraryTransitions* library,
                          const std::vector<SampleFigures>& figures);

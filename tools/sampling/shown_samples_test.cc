@@ -7,11 +7,13 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_split.h"
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/report/testing/browser.h"
+#include "tools/sampling/library_transitions.h"
 #include "tools/sampling/sample_figures.h"
 #include "tools/sampling/sampling_json.h"
 
@@ -21,6 +23,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -61,8 +64,8 @@ SamplingSource Source() {
 TEST(SamplesPage, IsPlayedByARealBrowser) {
   const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
   const ShownWay way = {.name = "noise 1",
-                        .samples = {Standing(toy, 0, 30), Standing(toy, 1, 30),
-                                    Standing(toy, 2, 12)}};
+                        .samples = {Standing(toy, 0, 12), Standing(toy, 1, 30),
+                                    Standing(toy, 2, 20)}};
 
   const auto page =
       SamplesPage(*toy.character, Source(),
@@ -78,6 +81,8 @@ TEST(SamplesPage, IsPlayedByARealBrowser) {
   EXPECT_THAT(dom, AllOf(HasSubstr("3 of 7 samples"), HasSubstr("seed 5."),
                          HasSubstr("<h1>runs/&lt;toy&gt;</h1>"),
                          HasSubstr("<td>50.0</td>"),
+                         // As long as the longest, not as the first.
+                         HasSubstr("max=\"29\""),
                          Not(HasSubstr("which the viewer draws with.</"))));
 }
 
@@ -106,6 +111,19 @@ TEST(WritePictures, DrawsAStripOfEverySample) {
   EXPECT_THAT(*paths, ElementsAre(JoinPath(folder, "noise_0.5-0.png"),
                                   JoinPath(folder, "noise_0.5-1.png")));
   EXPECT_THAT(*ReadFile(paths->front()), HasSubstr("PNG"));
+}
+
+TEST(SamplingJson, HasNoFootSkateWhereNoFootTouchedTheFloor) {
+  SampleFigures figures = Figures("noise 1", 1);
+  figures.rows.emplace_back();
+  const LibraryTransitions library;
+
+  // Of the way, of its sample and of the library.
+  const std::vector<std::string> lines =
+      absl::StrSplit(SamplingJson(Source(), &library, {figures}), '\n');
+  EXPECT_THAT(lines, Contains(AllOf(HasSubstr("\"foot_skate_m_per_s\""),
+                                    HasSubstr(": null")))
+                         .Times(3));
 }
 
 TEST(SamplingTable, HasALinePerWayAndNoFigureOfNothing) {

@@ -149,7 +149,8 @@ function readClip(index) {
 }
 
 // Returns {element, show(clip)}; `bodies` as body_shapes.h makes them. A clip's
-// `companions`, indices of trajectories, are played beside it.
+// `companions`, indices of trajectories, are played beside it, all as long as the
+// longest of them.
 export function makeViewer(bodies) {
   const canvas = h("canvas", {role: "img", "aria-label": "the clip, played"});
   const none = h("div", {class: "none", hidden: ""});
@@ -191,27 +192,30 @@ export function makeViewer(bodies) {
   const character = new Character(bodies);
   scene.add(character.group);
   let crowd = [];  // {clip, character}: the companions
+  let frames = 0;  // of the longest of all that is played
   let skeleton = null, clip = null, frame = 0, last = 0, side = new THREE.Vector3(1, 0, 0);
   let playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+  // What is shorter holds its last frame.
+  const within = (of, at) => Math.min(at, of.frames - 1);
   const root = (at) => new THREE.Vector3(clip.position[3 * at * clip.bodies],
                                          clip.position[3 * at * clip.bodies + 1], 0.85);
   const draw = () => {
-    const whole = Math.min(clip.frames - 1, Math.floor(frame));
-    character.pose(clip, whole);
+    const whole = Math.min(frames - 1, Math.floor(frame)), own = within(clip, whole);
+    character.pose(clip, own);
     const gap = crowd.length ? -BESIDE * crowd.length / 2 :
         skeleton && !overlay.checked ? GAP : 0;
     character.group.position.copy(side).multiplyScalar(gap);
     if (skeleton) {
-      skeleton.pose(clip, whole);
+      skeleton.pose(clip, own);
       skeleton.group.position.copy(side).multiplyScalar(-gap);
     }
     crowd.forEach((other, index) => {
-      other.character.pose(other.clip, Math.min(whole, other.clip.frames - 1));
+      other.character.pose(other.clip, within(other.clip, whole));
       other.character.group.position.copy(side).multiplyScalar(
           BESIDE * (index + 1 - crowd.length / 2));
     });
-    const target = root(whole), moved = target.clone().sub(orbit.target);
+    const target = root(own), moved = target.clone().sub(orbit.target);
     orbit.target.copy(target);
     camera.position.add(moved);
     sun.target.position.copy(target);
@@ -233,7 +237,7 @@ export function makeViewer(bodies) {
   const step = (now) => {
     if (clip) {
       const seconds = Math.min(0.1, (now - last) / 1000);
-      if (playing) frame = (frame + seconds * clip.fps * Number(speed.value)) % clip.frames;
+      if (playing) frame = (frame + seconds * clip.fps * Number(speed.value)) % frames;
       draw();
     }
     last = now;
@@ -280,7 +284,8 @@ export function makeViewer(bodies) {
       clip: readClip(index), character: new Character(bodies)}));
     crowd.forEach((other) => scene.add(other.character.group));
     sourceKey.style.display = overlayLabel.style.display = skeleton ? "" : "none";
-    slider.max = clip.frames - 1;
+    frames = Math.max(clip.frames, ...crowd.map((other) => other.clip.frames));
+    slider.max = frames - 1;
     frame = 0;
     resize();
     character.pose(clip, 0);
