@@ -40,7 +40,9 @@ MetricMeans Means(const Sums& sums) {
   return {.e_g_mpjpe_mm = Ratio(sums.g_mpjpe, sums.frames),
           .e_mpjpe_mm = Ratio(sums.mpjpe, sums.frames),
           .e_vel = Ratio(sums.velocity, sums.velocity_frames),
-          .e_acc = Ratio(sums.acceleration, sums.acceleration_frames)};
+          .e_acc = Ratio(sums.acceleration, sums.acceleration_frames),
+          .velocity_frames = sums.velocity_frames,
+          .acceleration_frames = sums.acceleration_frames};
 }
 
 std::vector<double> BodyMeans(const Sums& sums) {

@@ -18,6 +18,10 @@ struct MetricMeans {
   double e_mpjpe_mm = 0;
   double e_vel = 0;  // mm/frame at 30 Hz
   double e_acc = 0;  // mm/frame^2 at 30 Hz
+  // Frames that e_vel and e_acc are means over: fewer than all, as these take
+  // two and three frames in a row.
+  int64_t velocity_frames = 0;
+  int64_t acceleration_frames = 0;
 };
 
 // All starts of one clip.

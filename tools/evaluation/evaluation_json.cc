@@ -19,13 +19,13 @@ double Rounded(double mm) { return std::round(mm * 10) / 10; }
 
 void AddErrors(const MetricMeans& means, int64_t frames,
                const std::vector<double>& body_mm, Json* to) {
-  const auto number = [&](double value) {
-    return frames > 0 ? Json(value) : Json(nullptr);
+  const auto mean = [](double value, int64_t over) {
+    return over > 0 ? Json(value) : Json(nullptr);
   };
-  (*to)["e_g_mpjpe_mm"] = number(means.e_g_mpjpe_mm);
-  (*to)["e_mpjpe_mm"] = number(means.e_mpjpe_mm);
-  (*to)["e_acc"] = number(means.e_acc);
-  (*to)["e_vel"] = number(means.e_vel);
+  (*to)["e_g_mpjpe_mm"] = mean(means.e_g_mpjpe_mm, frames);
+  (*to)["e_mpjpe_mm"] = mean(means.e_mpjpe_mm, frames);
+  (*to)["e_acc"] = mean(means.e_acc, means.acceleration_frames);
+  (*to)["e_vel"] = mean(means.e_vel, means.velocity_frames);
   (*to)["body_mm"] = body_mm;
 }
 

@@ -111,6 +111,19 @@ TEST(Evaluation, WritesTheDocumentedFields) {
   EXPECT_EQ(file["bundle"]["manifest_sha256"], "m");
 }
 
+// One frame has an error, but no change of it.
+TEST(Evaluation, HasNoErrorThatWasNotMeasured) {
+  const Json file = Json::parse(
+      JsonWith(RandomSubject(), {.starts = 2, .seconds = 1.0 / 30}));
+
+  const Json& turn = file["clips"][0];  // the others run to their ends
+  EXPECT_EQ(turn["frames"], 2);
+  EXPECT_TRUE(turn["e_g_mpjpe_mm"].is_number());
+  EXPECT_TRUE(turn["e_vel"].is_null());
+  EXPECT_TRUE(turn["e_acc"].is_null());
+  EXPECT_TRUE(file["overall"]["e_acc"].is_number());
+}
+
 TEST(Evaluation, SaysWhereItIsRandomised) {
   v1::Recipe recipe = world::testing::ToyRecipe();
   recipe.mutable_task()->mutable_randomisation()->set_mass(0.1);
