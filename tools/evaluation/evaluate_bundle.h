@@ -21,11 +21,10 @@ struct EvaluationFigures {
   std::optional<int> rejected_clips;
 };
 
-// What `sinew eval` does, and `sinew train` at its end: evaluates the policy of
-// a bundle folder on a library folder and writes `out` (EvaluationJson),
-// atomically. Blocking: computes, see Evaluate. Errors: those of
-// LoadBundleSubject, CheckFallenStarts, EvaluateFallen, Evaluate and writing;
-// then nothing was written.
+// What `sinew eval` does: evaluates the policy of a bundle folder on a library
+// folder and writes `out` (EvaluationJson), atomically. Blocking: computes, see
+// Evaluate. Errors: those of LoadBundleSubject, CheckFallenStarts,
+// EvaluateFallen, Evaluate and writing; then nothing was written.
 absl::StatusOr<EvaluationFigures> EvaluateBundle(
     const std::string& bundle, const std::string& motions,
     const std::string& out, const EvaluationOptions& options,

@@ -2,18 +2,14 @@
 
 #include <algorithm>
 #include <map>
-#include <string_view>
 #include <vector>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "absl/strings/str_replace.h"
 #include "common/config/recipe.h"
 #include "common/json_fields.h"
 #include "tools/report/core_seconds.h"
 #include "tools/report/curves.h"
+#include "tools/report/reproduce.h"
 
 namespace sinew::report {
 namespace {
@@ -125,44 +121,6 @@ Json Lag(const RunRecord& run) {
   return object;
 }
 
-Json Reproduce(const RunRecord& run, const PageContext& context) {
-  const std::string library =
-      ShellWord(context.motions.empty() ? "LIBRARY" : context.motions);
-  const Json& eval = run.evaluation;
-  Json commands = Json::array();
-  std::string files;
-  bool blended = false;  // made of pieces that the manifest does not tell
-  for (const v1::ClipInfo& clip : context.library.clips()) {
-    absl::StrAppend(&files, " ", ShellWord(clip.source_file()));
-    blended = blended || clip.has_blend();
-  }
-  if (!files.empty() && !blended && context.library.clips_size() <= 8) {
-    commands.push_back(absl::StrCat("./sinew motion import --character ",
-                                    ShellWord(context.library.character()),
-                                    " --out ", library, files));
-  }
-  std::string train =
-      absl::StrCat("./sinew train --recipe ",
-                   ShellWord(absl::StrCat(run.directory, "/config.textproto")),
-                   " --motions ", library, " --run runs/again");
-  if (!run.rows.empty()) {
-    absl::StrAppendFormat(&train, " --iterations %.0f",
-                          NumberAt(run.rows.back(), {"iteration"}));
-  }
-  // Of a teacher the run knows the digest alone.
-  if (RecipeOf(run).has_distillation()) train += " --teacher BUNDLE";
-  commands.push_back(train);
-  commands.push_back(absl::StrFormat(
-      "./sinew eval --bundle runs/again/%s --motions %s --out "
-      "runs/again/eval.json --seconds %g --starts %g",
-      absl::EndsWith(run.bundle, "bundle_best") ? "bundle_best" : "bundle",
-      library, NumberAt(eval, {"seconds"}, 10),
-      NumberAt(eval, {"starts_per_clip"}, 32)));
-  commands.push_back(
-      absl::StrCat("./sinew report --run runs/again --motions ", library));
-  return commands;
-}
-
 Json Credits(const RunRecord& run, const PageContext& context) {
   Json credits = Json::array();
   for (const v1::ClipInfo& clip : context.library.clips()) {
@@ -182,34 +140,25 @@ Json Credits(const RunRecord& run, const PageContext& context) {
 
 }  // namespace
 
-std::string ShellWord(const std::string& word) {
-  const bool plain =
-      !word.empty() && std::all_of(word.begin(), word.end(), [](char c) {
-        return absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
-               std::string_view("-_./=+:,@%").find(c) != std::string_view::npos;
-      });
-  if (plain) return word;
-  return absl::StrCat("'", absl::StrReplaceAll(word, {{"'", "'\\''"}}), "'");
-}
-
 Json MakePageData(const RunRecord& run, const PageContext& context) {
-  return {{"title", Title(run, context)},
-          {"run", run.directory},
-          {"notes", run.notes},
-          {"build", context.build},
-          {"headline", Headline(run)},
-          {"training", TrainingCurves(run.rows)},
-          {"evaluations", EvaluationCurves(run.rows)},
-          {"curriculum", Curriculum(run, context)},
-          {"core_seconds", CoreSecondsObject(run.rows)},
-          {"lag", Lag(run)},
-          {"evaluation", run.evaluation},
-          {"film", context.film},
-          {"film_note", context.film_note},
-          {"config", run.config},
-          {"reproduce", Reproduce(run, context)},
-          {"credits", Credits(run, context)},
-          {"bundle", run.manifest}};
+  return {
+      {"title", Title(run, context)},
+      {"run", run.directory},
+      {"notes", run.notes},
+      {"build", context.build},
+      {"headline", Headline(run)},
+      {"training", TrainingCurves(run.rows)},
+      {"evaluations", EvaluationCurves(run.rows)},
+      {"curriculum", Curriculum(run, context)},
+      {"core_seconds", CoreSecondsObject(run.rows)},
+      {"lag", Lag(run)},
+      {"evaluation", run.evaluation},
+      {"film", context.film},
+      {"film_note", context.film_note},
+      {"config", run.config},
+      {"reproduce", ReproduceCommands(run, context.library, context.motions)},
+      {"credits", Credits(run, context)},
+      {"bundle", run.manifest}};
 }
 
 }  // namespace sinew::report

@@ -31,13 +31,10 @@ struct PageContext {
 //   core_seconds            cores, wall, total, stages[{name, what, seconds}]
 //   lag        counts {lag: iterations}, reissued
 //   evaluation eval.json as it is; film, film_note; config (text)
-//   reproduce  commands in order; credits [{name, origin, licence}]
+//   reproduce  reproduce.h; credits [{name, origin, licence}]
 //
 // Absent things are null or missing. Pure.
 Json MakePageData(const RunRecord& run, const PageContext& context);
-
-// The word as a shell takes it: quoted where need be. Pure.
-std::string ShellWord(const std::string& word);
 
 }  // namespace sinew::report
 

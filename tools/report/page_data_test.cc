@@ -50,33 +50,5 @@ TEST(PageData, TakesTheResultFromTheEvaluationElseFromTraining) {
   EXPECT_EQ(MakePageData(run, {})["headline"]["source"], "training");
 }
 
-TEST(PageData, HasCommandsThatAShellTakes) {
-  RunRecord run;
-  run.directory = "runs/my run";
-  run.rows = Rows(10);
-  PageContext context;
-  context.motions = "it's";
-
-  const Json commands = MakePageData(run, context)["reproduce"];
-
-  EXPECT_EQ(commands[0],
-            "./sinew train --recipe 'runs/my run/config.textproto' --motions "
-            "'it'\\''s' --run runs/again --iterations 10");
-}
-
-TEST(PageData, AsksForTheTeacherOfAStudent) {
-  RunRecord run;
-  run.directory = "runs/student";
-  EXPECT_EQ(MakePageData(run, {})["reproduce"][0],
-            "./sinew train --recipe runs/student/config.textproto --motions "
-            "LIBRARY --run runs/again");
-
-  run.config = "distillation {}";
-
-  EXPECT_EQ(MakePageData(run, {})["reproduce"][0],
-            "./sinew train --recipe runs/student/config.textproto --motions "
-            "LIBRARY --run runs/again --teacher BUNDLE");
-}
-
 }  // namespace
 }  // namespace sinew::report

@@ -21,17 +21,6 @@ namespace {
 // Clips that the page lists as the hardest.
 constexpr int kHardestClips = 20;
 
-// The library's folder: as asked for, or where the evaluation found it.
-std::string MotionsOf(const ReportOptions& options, const RunRecord& run) {
-  if (!options.motions.empty() || !run.evaluation.is_object()) {
-    return options.motions;
-  }
-  const Json library = run.evaluation.value("library", Json::object());
-  const Json path =
-      library.is_object() ? library.value("path", Json()) : Json();
-  return path.is_string() ? path.get<std::string>() : "";
-}
-
 // The film of the bundle's policy. CANCELLED and a clip that is not there are
 // the caller's; any other failure becomes a note in the page.
 absl::Status AddFilm(const ReportOptions& options, const StopToken& stop,
@@ -76,7 +65,8 @@ absl::StatusOr<std::string> WriteReport(const ReportOptions& options,
   PageContext context;
   context.build = BuildIdentity();
   context.curriculum = CurriculumOf(options.run, run);
-  context.motions = MotionsOf(options, run);
+  context.motions =
+      options.motions.empty() ? run.evaluated_motions : options.motions;
   if (context.motions.empty()) {
     context.film_note = "No motion library was named.";
   } else if (auto library = motion::Library::Load(context.motions);

@@ -18,10 +18,12 @@ struct ReportOptions {
 
 // Writes the report of a run: one file, atomically. Whatever the run lacks
 // (evaluation, bundle, library, OpenGL), the report says so and has the rest.
-// Shown in motion is the bundle that eval.json is about, else RUN/bundle.
+// Shown in motion is the bundle that eval.json is about, else RUN/bundle. An
+// eval.json of neither RUN/bundle nor RUN/bundle_best is older than they are,
+// and left out.
 // Returns the file's path.
 //
-//   train ends -> Evaluate -> eval.json -> WriteReport
+//   sinew train -> RUN/bundle;  sinew eval -> RUN/eval.json;  WriteReport
 //
 // Thread-safety: uses OpenGL; one call at a time. Blocking: seconds, for
 // pictures. Errors: NOT_FOUND (no run there), INVALID_ARGUMENT (no such clip),

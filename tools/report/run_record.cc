@@ -31,18 +31,48 @@ Json ReadObject(const std::string& path, const char* otherwise,
   return nullptr;
 }
 
-// Folder of the bundle that the report is about.
-std::string BundleOf(const RunRecord& run) {
-  if (run.evaluation.is_object()) {
-    const Json bundle = run.evaluation.value("bundle", Json());
-    const Json path =
-        bundle.is_object() ? bundle.value("path", Json()) : Json();
-    if (path.is_string() &&
-        FileExists(JoinPath(path.get<std::string>(), "manifest.json"))) {
-      return path.get<std::string>();
-    }
+std::string TextAt(const Json& object, const char* part, const char* key) {
+  const Json of = object.is_object() ? object.value(part, Json()) : Json();
+  const Json text = of.is_object() ? of.value(key, Json()) : Json();
+  return text.is_string() ? text.get<std::string>() : "";
+}
+
+// manifest_sha256 of a bundle's folder; empty: there is none.
+std::string BundleDigest(const std::string& bundle) {
+  const auto text = ReadFile(JoinPath(bundle, "manifest.json"));
+  if (!text.ok()) return "";
+  const Json manifest = Parse(*text);
+  const Json digest =
+      manifest.is_object() ? manifest.value("manifest_sha256", Json()) : Json();
+  return digest.is_string() ? digest.get<std::string>() : "";
+}
+
+// Sets the bundle that the report is about: that of the evaluation. An
+// evaluation of a bundle that the run no longer has goes, as what the run
+// became since is not what it measured.
+void ChooseBundle(RunRecord* run) {
+  run->bundle = JoinPath(run->directory, "bundle");
+  if (!run->evaluation.is_object()) return;
+  const std::string evaluated =
+      TextAt(run->evaluation, "bundle", "manifest_sha256");
+  bool any = false;
+  for (const char* name : {"bundle", "bundle_best"}) {
+    const std::string bundle = JoinPath(run->directory, name);
+    const std::string digest = BundleDigest(bundle);
+    any = any || !digest.empty();
+    if (digest.empty() || digest != evaluated) continue;
+    run->bundle = bundle;
+    return;
   }
-  return JoinPath(run.directory, "bundle");
+  if (!any) return;  // nothing to say that it is of another
+  run->evaluation = nullptr;
+  run->notes.push_back(absl::StrCat(
+      JoinPath(run->directory, "eval.json"),
+      ": bundle.manifest_sha256: expected that of the run's bundle or "
+      "bundle_best, found ",
+      evaluated.empty() ? "none" : evaluated,
+      ": left out. Figures of the result are those of evaluations in "
+      "training; `sinew eval` makes new ones."));
 }
 
 void ReadRows(const std::string& path, RunRecord* run) {
@@ -92,7 +122,8 @@ absl::StatusOr<RunRecord> ReadRun(const std::string& directory) {
                               "The run has no eval.json: figures of the "
                               "result are those of evaluations in training.",
                               &run.notes);
-  run.bundle = BundleOf(run);
+  run.evaluated_motions = TextAt(run.evaluation, "library", "path");
+  ChooseBundle(&run);
   run.manifest = ReadObject(
       JoinPath(run.bundle, "manifest.json"),
       "The run has no bundle, so there is nothing to show in motion.",

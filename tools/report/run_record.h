@@ -16,7 +16,10 @@ struct RunRecord {
   std::string directory;
   std::string config;      // config.textproto
   std::vector<Json> rows;  // metrics.jsonl; objects, in order
-  Json evaluation;         // eval.json; null: not evaluated
+  // eval.json; null: none of a bundle that the run has. Where it has no bundle
+  // at all, eval.json as it is.
+  Json evaluation;
+  std::string evaluated_motions;  // library that eval.json names; may be empty
   // The bundle that was evaluated, else the run's last one.
   std::string bundle;  // its folder; there may be nothing
   Json manifest;       // its manifest.json; null: no bundle

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
@@ -38,6 +39,58 @@ TEST(Runs, AreReadWhateverIsDamaged) {
                                     "21)"),
                           HasSubstr("eval.json: expected a JSON object"),
                           HasSubstr("no bundle")));
+}
+
+// A run with an eval.json of the bundle with this digest.
+std::string EvaluatedRun(const std::string& digest) {
+  const std::string folder = TestPath("run");
+  testing::WriteRun(folder);
+  EXPECT_THAT(
+      WriteFileAtomically(
+          JoinPath(folder, "eval.json"),
+          absl::StrCat(R"({"overall": {}, "bundle": {"path": "elsewhere", )",
+                       R"("manifest_sha256": ")", digest,
+                       R"("}, "library": {"path": "clips"}})")),
+      IsOk());
+  return folder;
+}
+
+void WriteManifest(const std::string& folder, const std::string& bundle,
+                   const std::string& digest) {
+  const std::string path = JoinPath(folder, bundle);
+  ASSERT_THAT(MakeDirectories(path), IsOk());
+  ASSERT_THAT(WriteFileAtomically(
+                  JoinPath(path, "manifest.json"),
+                  absl::StrCat(R"({"manifest_sha256": ")", digest, R"("})")),
+              IsOk());
+}
+
+TEST(Runs, HaveTheEvaluationOfABundleThatTheyHave) {
+  const std::string folder = EvaluatedRun("b");
+  WriteManifest(folder, "bundle", "a");
+  WriteManifest(folder, "bundle_best", "b");
+
+  const auto run = ReadRun(folder);
+
+  ASSERT_THAT(run, IsOk());
+  EXPECT_TRUE(run->evaluation.is_object());
+  EXPECT_EQ(run->bundle, JoinPath(folder, "bundle_best"));
+  EXPECT_EQ(run->evaluated_motions, "clips");
+  EXPECT_THAT(run->notes, ElementsAre());
+}
+
+TEST(Runs, LeaveOutTheEvaluationOfAnEarlierBundle) {
+  const std::string folder = EvaluatedRun("before");
+  WriteManifest(folder, "bundle", "a");
+  WriteManifest(folder, "bundle_best", "b");
+
+  const auto run = ReadRun(folder);
+
+  ASSERT_THAT(run, IsOk());
+  EXPECT_TRUE(run->evaluation.is_null());
+  EXPECT_EQ(run->bundle, JoinPath(folder, "bundle"));
+  EXPECT_EQ(run->evaluated_motions, "clips");
+  EXPECT_THAT(run->notes, ElementsAre(HasSubstr("found before: left out")));
 }
 
 TEST(Runs, AreRefusedWhereThereIsNone) {
