@@ -4,6 +4,7 @@
 
 #include "absl/time/time.h"
 #include "actor/service/run_actor.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -45,12 +46,12 @@ void AddActorCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--drain-seconds", options->drain_seconds,
                    "to finish and send what runs when it is to end")
-      ->check(CLI::Range(0., 86400.))
+      ->check(FiniteRange(0, 86400))
       ->capture_default_str();
   command
       ->add_option("--reconnect-seconds", options->reconnect_seconds,
                    "how long the learner may be away")
-      ->check(CLI::Range(0., 86400.))
+      ->check(FiniteRange(0, 86400))
       ->capture_default_str();
   AddSecurityFlags(*command, run.security);
 }

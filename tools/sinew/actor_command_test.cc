@@ -66,6 +66,15 @@ TEST_F(ActorCommand, RefusesAnAddressThatIsNone) {
                        HasSubstr("address \"learner\": expected")));
 }
 
+TEST_F(ActorCommand, RefusesSecondsThatAreNoNumber) {
+  for (const char* flag : {"--drain-seconds nan", "--reconnect-seconds nan",
+                           "--drain-seconds inf"}) {
+    EXPECT_THROW(Run(absl::StrCat("--learner unix:/x ", flag)).IgnoreError(),
+                 CLI::ValidationError)
+        << flag;
+  }
+}
+
 TEST_F(ActorCommand, NeedsALearnerAndThreads) {
   EXPECT_THROW(Run("").IgnoreError(), CLI::RequiredError);
   EXPECT_THROW(Run("--learner unix:/x --threads 0").IgnoreError(),

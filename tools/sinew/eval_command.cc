@@ -1,5 +1,6 @@
 #include "tools/sinew/eval_command.h"
 
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "tools/evaluation/evaluate_bundle.h"
 #include "tools/evaluation/fallen_figures.h"
 #include "tools/evaluation/figures_table.h"
+#include "tools/sinew/finite_range.h"
 
 namespace sinew::tools {
 namespace {
@@ -33,15 +35,24 @@ struct EvalOptions {
   std::vector<std::string> table;  // NAME=FILE
 };
 
+// A mean over `frames`; of none it is not 0, the best there is.
+std::string Mean(int64_t frames, const std::string& text) {
+  return frames > 0 ? text : "-";
+}
+
 void Print(const char* who, const SetSummary& set) {
+  const MetricMeans& means = set.means;
   absl::PrintF(
       "%-12s %d of %d clips (%d from their first frame), %d of %d starts, "
-      "survived %.0f %%, E_g %.1f mm, E %.1f mm, E_vel %.2f mm/frame, E_acc "
-      "%.2f mm/frame^2\n",
+      "survived %.0f %%, E_g %s, E %s, E_vel %s, E_acc %s\n",
       who, set.succeeded_clips, set.clips, set.first_start_successes,
       set.succeeded_starts, set.starts, 100 * set.survived_share,
-      set.means.e_g_mpjpe_mm, set.means.e_mpjpe_mm, set.means.e_vel,
-      set.means.e_acc);
+      Mean(set.frames, absl::StrFormat("%.1f mm", means.e_g_mpjpe_mm)),
+      Mean(set.frames, absl::StrFormat("%.1f mm", means.e_mpjpe_mm)),
+      Mean(means.velocity_frames,
+           absl::StrFormat("%.2f mm/frame", means.e_vel)),
+      Mean(means.acceleration_frames,
+           absl::StrFormat("%.2f mm/frame^2", means.e_acc)));
 }
 
 void PrintRecovered(const char* name, int starts,
@@ -133,19 +144,26 @@ void AddEvalCommand(CLI::App& app, Action& action) {
                       "bundle folder (this, --motions and --out, or --table)");
   command->add_option("--motions", options->motions, "library to follow");
   command->add_option("--out", options->out, "JSON file to write");
-  command->add_option("--seconds", options->seconds,
-                      "how long looping clips run on (default 10)");
-  command->add_option("--starts", options->starts,
-                      "evenly spaced phases per clip (default 32)");
+  command
+      ->add_option("--seconds", options->seconds,
+                   "how long looping clips run on (default 10)")
+      ->check(FiniteRange(0, 86400));
+  command
+      ->add_option("--starts", options->starts,
+                   "evenly spaced phases per clip (default 32)")
+      ->check(CLI::Range(1, 10000));
   command->add_option("--fallen", options->fallen,
                       "so many starts on the floor as well, 1 to 1024 (256 is "
                       "the usual figure)");
-  command->add_option("--max-mean-body-distance",
-                      options->max_mean_body_distance,
-                      "metres beyond which a start fails (default: the "
-                      "bundle's, of its recipe)");
-  command->add_option("--threads", options->threads,
-                      "threads (default: all cores)");
+  command
+      ->add_option("--max-mean-body-distance", options->max_mean_body_distance,
+                   "metres beyond which a start fails (default: the "
+                   "bundle's, of its recipe)")
+      ->check(FiniteRange(0, 1e6));
+  command
+      ->add_option("--threads", options->threads,
+                   "threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
   CLI::Option* table =
       command->add_option("--table", options->table,
                           "nothing is evaluated: prints a table of such JSON "

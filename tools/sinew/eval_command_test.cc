@@ -19,6 +19,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::internal::CaptureStdout;
@@ -79,6 +80,11 @@ TEST_F(EvalCommand, FailsStartsAtTheDistanceThatItIsTold) {
   ASSERT_THAT(Evaluate(" --max-mean-body-distance 1e-6", &strictly), IsOk());
   EXPECT_THAT(strictly, HasSubstr("policy       0 of 3 clips (0 from their "
                                   "first frame), 0 of 3 starts"));
+  // Each failed at its first frame, and no clip is among the successful ones.
+  EXPECT_THAT(strictly, ContainsRegex("policy .* E_g [0-9.]+ mm, E [0-9.]+ "
+                                      "mm, E_vel -, E_acc -\n"));
+  EXPECT_THAT(strictly, ContainsRegex("\nsuccessful .* E_g -, E -, E_vel -, "
+                                      "E_acc -\n"));
   EXPECT_THAT(*ReadFile(out_), HasSubstr("\"fall_distance_m\": 1e-06"));
   EXPECT_THAT(
       Evaluate(" --max-mean-body-distance 0", &refused),
@@ -99,6 +105,17 @@ TEST_F(EvalCommand, NamesTheFlagThatIsMissing) {
   EXPECT_THAT(
       Eval("--table a=/nowhere/o.json"),
       StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere/o.json")));
+}
+
+TEST_F(EvalCommand, RefusesNumbersThatMeanNothing) {
+  for (const char* flag :
+       {"--seconds nan", "--seconds inf", "--max-mean-body-distance nan",
+        "--starts 0", "--starts 2000000000", "--threads=-5"}) {
+    EXPECT_THROW(Eval(absl::StrCat("--bundle b --motions m --out o ", flag))
+                     .IgnoreError(),
+                 CLI::ValidationError)
+        << flag;
+  }
 }
 
 TEST_F(EvalCommand, TakesNoOtherFlagBesideATable) {

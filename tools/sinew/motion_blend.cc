@@ -10,6 +10,7 @@
 #include "sim/import/blend_clips.h"
 #include "sim/import/edit.h"
 #include "sim/import/importer.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/run_import.h"
 
 namespace sinew::tools {
@@ -52,16 +53,19 @@ void AddMotionBlend(CLI::App& motion, Action& action) {
       ->add_option("--seconds", options->seconds,
                    absl::StrCat("length of the gap, at most ",
                                 import::kMostBlendGap, " (default 0.5)"))
+      ->check(FiniteRange(0, import::kMostBlendGap))
       ->group(group);
   command
       ->add_option("--trim-first", options->trim_first,
                    "keep from, to of the first (two numbers, s)")
       ->expected(2)
       ->allow_extra_args(false)
+      ->check(FiniteRange(0, 1e6))
       ->group(group);
   command->add_option("--trim-second", options->trim_second, "of the second")
       ->expected(2)
       ->allow_extra_args(false)
+      ->check(FiniteRange(0, 1e6))
       ->group(group);
   command
       ->add_option("--with", options->with,

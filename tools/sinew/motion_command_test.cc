@@ -109,6 +109,27 @@ TEST_F(MotionCommandTest, MirrorsAllOrSomeOfTheFiles) {
                CLI::ExcludesError);
 }
 
+TEST_F(MotionCommandTest, RefusesNumbersThatAreNone) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{
+           {"import", "--out", "x", "--fps", "nan", "f"},
+           {"import", "--out", "x", "--unit", "nan", "f"},
+           {"import", "--out", "x", "--rate", "nan", "f"},
+           {"import", "--out", "x", "--left-out-share", "nan", "f"},
+           {"import", "--out", "x", "--trim", "0", "nan", "f"},
+           {"blend", "--out", "x", "--seconds", "nan", "f", "g"},
+           {"report", "x", "--megabytes", "nan"},
+           {"render", "x", "--video", "--seconds", "nan"}}) {
+    EXPECT_THROW(static_cast<void>(Run(words)), CLI::ValidationError)
+        << words[0] << " " << words[3];
+  }
+}
+
+TEST_F(MotionCommandTest, HasSecondsOfAVideoAlone) {
+  EXPECT_THROW(static_cast<void>(Run({"render", "x", "--seconds", "5"})),
+               CLI::RequiresError);
+}
+
 TEST_F(MotionCommandTest, FailsWhereNoFileCanBeImportedButSaysWhy) {
   EXPECT_THAT(Run({"import", "--out", TestPath("library"),
                    WriteTestFile("bad.txt", "{}")}),

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "common/status_macros.h"
 #include "sim/import/importer.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/run_import.h"
 
 namespace sinew::tools {
@@ -41,6 +42,7 @@ void AddMotionImport(CLI::App& motion, Action& action) {
   command->add_option("--trim", options->trim, "keep from, to (two numbers, s)")
       ->expected(2)
       ->allow_extra_args(false)
+      ->check(FiniteRange(0, 1e6))
       ->group(group);
   command
       ->add_flag("--loop", options->loop,

@@ -19,6 +19,7 @@
 #include "tools/render/image.h"
 #include "tools/render/offscreen_renderer.h"
 #include "tools/render/video.h"
+#include "tools/sinew/finite_range.h"
 
 namespace sinew::tools {
 namespace {
@@ -140,10 +141,14 @@ void AddMotionRender(CLI::App& motion, Action& action) {
                       "name or file (default: the library's)");
   command->add_option("--out", options->out,
                       "folder (default: pictures/ in the library)");
-  command->add_flag("--video", options->video,
-                    "videos instead (needs ffmpeg; seconds per clip)");
-  command->add_option("--seconds", options->seconds,
-                      "of a video at most (default 20)");
+  CLI::Option* video =
+      command->add_flag("--video", options->video,
+                        "videos instead (needs ffmpeg; seconds per clip)");
+  command
+      ->add_option("--seconds", options->seconds,
+                   "of a video at most (default 20)")
+      ->check(FiniteRange(0, 86400))
+      ->needs(video);
 }
 
 }  // namespace sinew::tools

@@ -8,6 +8,7 @@
 #include "common/status_macros.h"
 #include "sim/character/character.h"
 #include "tools/motion_report/motion_report.h"
+#include "tools/sinew/finite_range.h"
 
 namespace sinew::tools {
 namespace {
@@ -47,8 +48,10 @@ void AddMotionReport(CLI::App& motion, Action& action) {
                       "clips with pictures (default: all)");
   command->add_option("--clips", options->page.clips,
                       "pictures and motion of these alone");
-  command->add_option("--megabytes", options->page.trajectory_megabytes,
-                      "of motion in the page at most (default 60)");
+  command
+      ->add_option("--megabytes", options->page.trajectory_megabytes,
+                   "of motion in the page at most (default 60)")
+      ->check(FiniteRange(0, 1e6));
 }
 
 }  // namespace sinew::tools

@@ -19,6 +19,7 @@
 #include "deploy/checkpoint/stable_bundle.h"
 #include "tools/promotion/promote_bundle.h"
 #include "tools/promotion/promotion_rule.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -35,9 +36,11 @@ struct PromoteOptions {
 // `common_mm`: its error on the clips that both win, if that was compared.
 void PrintRow(const std::string& who, const SetSummary& set,
               std::optional<double> common_mm) {
-  absl::PrintF("%-24s %4d of %-4d %6d of %-6d %7.1f %% %9.2f mm", who,
-               set.succeeded_clips, set.clips, set.succeeded_starts, set.starts,
-               100 * set.success_rate, set.means.e_g_mpjpe_mm);
+  absl::PrintF(
+      "%-24s %4d of %-4d %6d of %-6d %7.1f %% %12s", who, set.succeeded_clips,
+      set.clips, set.succeeded_starts, set.starts, 100 * set.success_rate,
+      set.frames > 0 ? absl::StrFormat("%.2f mm", set.means.e_g_mpjpe_mm)
+                     : "-");
   if (common_mm) absl::PrintF(" %11.2f mm", *common_mm);
   absl::PrintF("\n");
 }
@@ -111,12 +114,17 @@ absl::Status RunPromote(const PromoteOptions& options, const StopToken& stop) {
 
 void AddEvaluationFlags(CLI::App& command, PromoteOptions& options) {
   evaluation::EvaluationOptions& evaluation = options.promotion.evaluation;
-  command.add_option("--starts", evaluation.starts,
-                     "evenly spaced phases per clip (default 32)");
-  command.add_option("--seconds", evaluation.seconds,
-                     "how long looping clips run on (default 10)");
-  command.add_option("--threads", options.threads,
-                     "threads (default: all cores)");
+  command
+      .add_option("--starts", evaluation.starts,
+                  "evenly spaced phases per clip (default 32)")
+      ->check(CLI::Range(1, 10000));
+  command
+      .add_option("--seconds", evaluation.seconds,
+                  "how long looping clips run on (default 10)")
+      ->check(FiniteRange(0, 86400));
+  command
+      .add_option("--threads", options.threads, "threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
 }
 
 }  // namespace
@@ -138,16 +146,24 @@ void AddPromoteCommand(CLI::App& app, Action& action) {
   command->add_option("--id", options->promotion.id,
                       "of the candidate in the store (default: bundle- and its "
                       "manifest's digest)");
-  command->add_option("--success-tolerance",
-                      options->promotion.rule.success_tolerance,
-                      "share of clips that may succeed less (default 0.01)");
-  command->add_option("--error-tolerance",
-                      options->promotion.rule.error_tolerance,
-                      "share by which E_g-mpjpe may grow, over the clips that "
-                      "both win (default 0.02)");
-  command->add_flag("--rollback", options->rollback,
-                    "back to the bundle that was stable before");
+  command
+      ->add_option("--success-tolerance",
+                   options->promotion.rule.success_tolerance,
+                   "share of clips that may succeed less (default 0.01)")
+      ->check(FiniteRange(0, 1));
+  command
+      ->add_option("--error-tolerance", options->promotion.rule.error_tolerance,
+                   "share by which E_g-mpjpe may grow, over the clips that "
+                   "both win (default 0.02)")
+      ->check(FiniteRange(0, 1e6));
+  CLI::Option* rollback =
+      command->add_flag("--rollback", options->rollback,
+                        "back to the bundle that was stable before");
   AddEvaluationFlags(*command, *options);
+  for (const char* other : {"--id", "--success-tolerance", "--error-tolerance",
+                            "--starts", "--seconds", "--threads"}) {
+    rollback->excludes(command->get_option(other));
+  }
   AddSecurityFlags(*command, options->security);
 }
 

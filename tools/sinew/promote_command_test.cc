@@ -219,9 +219,28 @@ TEST_F(PromoteCommand, SaysWhichFlagsItNeeds) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("--id: artifact id: expected none that is "
                                  "the name of an alias")));
-  EXPECT_THAT(Promote("good", "--success-tolerance 2"),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("success-tolerance: expected 0 to 1")));
+}
+
+TEST_F(PromoteCommand, RefusesNumbersThatMeanNothing) {
+  for (const char* flag :
+       {"--success-tolerance 2", "--success-tolerance nan",
+        "--error-tolerance nan", "--error-tolerance inf", "--seconds nan",
+        "--starts 0", "--starts 2000000000", "--threads=-5"}) {
+    EXPECT_THROW(
+        Run(absl::StrCat("--bundle x --motions x ", flag)).IgnoreError(),
+        CLI::ValidationError)
+        << flag;
+  }
+}
+
+TEST_F(PromoteCommand, TakesNoFlagOfAnEvaluationToGoBack) {
+  for (const char* flag :
+       {"--id x", "--success-tolerance 0.5", "--error-tolerance 0.5",
+        "--starts 2", "--seconds 2", "--threads 2"}) {
+    EXPECT_THROW(Run(absl::StrCat("--rollback ", flag)).IgnoreError(),
+                 CLI::ExcludesError)
+        << flag;
+  }
 }
 
 TEST_F(PromoteCommand, HasNothingToGoBackToInANewStore) {

@@ -13,6 +13,8 @@
 #include "common/files.h"
 #include "common/status_macros.h"
 #include "common/subprocess.h"
+#include "sim/motion/library.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/resources.h"
 
 namespace sinew::tools {
@@ -112,12 +114,25 @@ absl::Status RunStep(const Step& step, int number, absl::Duration patience,
                                           " (its message is above)"));
 }
 
+// What a folder was imported from stays its clip: the import is left out where
+// there is a library.
+absl::Status CheckClip(const QuickstartOptions& options) {
+  const std::string motions = Motions(options);
+  if (!FileExists(JoinPath(motions, "manifest.json"))) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const auto library, motion::Library::Load(motions));
+  if (library->FindClip(options.clip) >= 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--clip: expected ", library->clip(0).name(), ", which ", motions,
+      " holds, found ", options.clip, "; another clip needs another --out"));
+}
+
 absl::Status RunQuickstart(const QuickstartOptions& options,
                            const StopToken& stop) {
   if (!(options.minutes > 0)) {
     return absl::InvalidArgumentError(
         absl::StrCat("--minutes: expected > 0, found ", options.minutes));
   }
+  SINEW_RETURN_IF_ERROR(CheckClip(options));
   SINEW_ASSIGN_OR_RETURN(
       const std::string clip,
       FindResource(absl::StrCat("pybullet_data/pybullet_data/data/motions/",
@@ -150,6 +165,7 @@ void AddQuickstartCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--minutes", options->minutes,
                    "of training, those of an earlier call included")
+      ->check(FiniteRange(0, 1e6))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "seed of all random streams")
       ->capture_default_str();

@@ -18,6 +18,7 @@
 #include "tools/render/offscreen_renderer.h"
 #include "tools/render/pictures.h"
 #include "tools/render/video.h"
+#include "tools/sinew/finite_range.h"
 
 namespace sinew::tools {
 namespace {
@@ -154,7 +155,8 @@ void AddRenderCommand(CLI::App& app, Action& action) {
   command->add_option("bundle", options->bundle, "folder")->required();
   command->add_option("--motions", options->motions, "library")->required();
   command->add_option("--clip", options->clip, "name (default: the first)");
-  command->add_option("--seconds", options->seconds, "at most (default 10)");
+  command->add_option("--seconds", options->seconds, "at most (default 10)")
+      ->check(FiniteRange(0, 86400));
   command
       ->add_option("--fallen-state", options->fallen,
                    "from the floor instead: which of the states of "

@@ -4,6 +4,7 @@
 #include "absl/time/time.h"
 #include "common/cpu.h"
 #include "common/status_macros.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/resources.h"
 #include "tools/sinew/security_flags.h"
 
@@ -19,7 +20,7 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
   command
       .add_option("--minutes", flags.minutes,
                   "of training, those before it was resumed included")
-      ->check(CLI::NonNegativeNumber);
+      ->check(FiniteRange(0, 1e6));
   command
       .add_option("--iterations", flags.iterations,
                   "at which it ends, those before included")
@@ -52,13 +53,13 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
                   "seconds to go on asking teachers elsewhere while none of "
                   "them answers")
       ->capture_default_str()
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(FiniteRange(0.001, 1e6));
   command
       .add_option("--teacher-timeout", flags.teacher_timeout,
                   "seconds of one call to a teacher elsewhere, after which it "
                   "has failed; longer than its slowest answer")
       ->capture_default_str()
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(FiniteRange(0.001, 1e6));
   command.add_flag("--migrate-library", flags.migrate_library,
                    "go on although the library has changed since the run "
                    "began; statistics of unchanged clips stay");

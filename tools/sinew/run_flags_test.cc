@@ -50,6 +50,17 @@ TEST(RunFlags, SetTheRecipesFieldsAndItsSeed) {
   EXPECT_TRUE(options->security.allow_insecure);
 }
 
+TEST(RunFlags, RefuseTimesThatAreNoNumber) {
+  for (const char* flag :
+       {"--minutes", "--teacher-patience", "--teacher-timeout"}) {
+    for (const char* time : {" nan", " inf"}) {
+      EXPECT_THROW(static_cast<void>(OptionsOf(std::string(flag) + time)),
+                   CLI::ValidationError)
+          << flag << time;
+    }
+  }
+}
+
 TEST(RunFlags, AFieldThatNoRecipeHasIsNamed) {
   EXPECT_THAT(
       OptionsOf("--set ppo.epoch=3"),

@@ -15,6 +15,7 @@
 #include "sim/import/maps/skeleton_maps.h"
 #include "sim/import/read_clip.h"
 #include "tools/motion_report/motion_report.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/training/progress.h"
 
 namespace sinew::tools {
@@ -155,13 +156,13 @@ void AddReading(CLI::App* command, ImportFlags* options) {
   command
       ->add_option("--unit", options->unit,
                    "metres per unit of length (default: concluded)")
-      ->check(CLI::PositiveNumber)
+      ->check(FiniteRange(1e-6, 1e6))
       ->group(group);
   command->add_option("--up", options->up, "axis that points up: x, y or z")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->group(group);
   command->add_option("--fps", options->fps, "frames per second of the files")
-      ->check(CLI::PositiveNumber)
+      ->check(FiniteRange(1e-3, 1e6))
       ->group(group);
   command
       ->add_option("--quaternion-order", options->quaternion_order,
@@ -195,8 +196,8 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
   command->add_option("--character", flags->character,
                       "name of one, or a file");
   command->add_option("--out", flags->out, "library folder")->required();
-  command->add_option("--rate", flags->rate,
-                      "frames per second of the library");
+  command->add_option("--rate", flags->rate, "frames per second of the library")
+      ->check(FiniteRange(0, 1000));
   command->add_option("--provenance", flags->provenance, "origin of the data");
   command->add_option("--licence", flags->licence, "licence of the data");
   command
@@ -227,7 +228,7 @@ void AddImportFlags(CLI::App* command, ImportFlags* flags) {
       ->add_option("--left-out-share", flags->left_out_share,
                    "share of the recordings that is left out of training, by a "
                    "hash of each (0.15 is usual)")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(FiniteRange(0, 1))
       ->capture_default_str();
   AddShowing(command, flags);
 }

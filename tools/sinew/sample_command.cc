@@ -9,6 +9,7 @@
 #include "common/status_macros.h"
 #include "tools/sampling/sample_bundle.h"
 #include "tools/sampling/sampling_json.h"
+#include "tools/sinew/finite_range.h"
 
 namespace sinew::tools {
 namespace {
@@ -34,31 +35,44 @@ void AddSampleCommand(CLI::App& app, Action& action) {
       action, RunSample);
   command->add_option("--bundle", options->bundle, "folder, with a latent")
       ->required();
-  command->add_option("--motions", options->motions,
-                      "library: to start from, and to compare with");
+  CLI::Option* motions =
+      command->add_option("--motions", options->motions,
+                          "library: to start from, and to compare with");
   command->add_option("--out", options->out,
                       "JSON file (default: none, the table alone)");
-  command->add_option("--seconds", options->seconds,
-                      "length of a sample (default 10)");
+  command
+      ->add_option("--seconds", options->seconds,
+                   "length of a sample (default 10)")
+      ->check(FiniteRange(0, 1e6));
   command->add_option("--count", options->count,
                       "samples at each scale of the noise (default 64)");
   command->add_option("--per-start", options->per_start,
                       "samples of one start (default 4, if it divides)");
-  command->add_option("--noise", options->noise,
-                      "scales of the prior's standard deviation (default 1)");
+  command
+      ->add_option("--noise", options->noise,
+                   "scales of the prior's standard deviation (default 1)")
+      ->check(FiniteRange(0, sampling::kMostNoise));
   command->add_option(
       "--start", options->start,
       "clip (upright frames), standing (those whose root hardly "
       "moves), fallen or CLIP:SECONDS (default: clip; without "
       "--motions fallen)");
   command->add_option("--seed", options->seed,
-                      "seed of starts and noise (default 0)");
-  command->add_option("--threads", options->threads,
-                      "threads (default: all cores)");
-  command->add_option("--threshold", options->threshold,
-                      "of coverage, standard deviations (default 0.5)");
-  command->add_option("--transitions", options->transitions,
-                      "how many are compared at most (default 40000)");
+                      "seed of the noise and of which frames of clips are "
+                      "starts; fallen starts are always the same (default 0)");
+  command
+      ->add_option("--threads", options->threads,
+                   "threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  command
+      ->add_option("--threshold", options->threshold,
+                   "of coverage, standard deviations (default 0.5)")
+      ->check(FiniteRange(0, 1e6))
+      ->needs(motions);
+  command
+      ->add_option("--transitions", options->transitions,
+                   "how many are compared at most (default 40000)")
+      ->needs(motions);
   command->add_flag("--student", options->student,
                     "also what the bundle's policy covers when it tracks");
   command->add_option("--pictures", options->pictures, "folder of film strips");

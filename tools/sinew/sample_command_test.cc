@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "common/files.h"
@@ -222,13 +223,62 @@ TEST(Sample, NamesTheFlagThatIsWrong) {
   expect("--count 0", "--count: expected >= 1, found 0");
   expect("--count 4 --per-start 3", "--per-start: expected a divisor");
   expect("--start fallen:1 --per-start 1", "--per-start: expected none");
-  expect("--noise=-1", "--noise: expected >= 0, found -1");
-  expect("--threshold 0", "--threshold: expected > 0");
-  expect("--transitions 0", "--transitions: expected >= 1");
+  expect("--motions m --threshold 0", "--threshold: expected > 0");
+  expect("--motions m --transitions 0", "--transitions: expected >= 1");
   expect("--student", "--student: expected --motions");
   expect("--start walk", "--start: expected clip, standing, fallen");
   expect("--start clip", "--motions");
   expect("--seconds 1e6", "control steps of all samples");
+}
+
+TEST(Sample, RefusesNumbersThatMeanNothing) {
+  for (const char* flag :
+       {"--noise=-1", "--noise nan", "--noise 1e39", "--seconds nan",
+        "--seconds inf", "--threads=-5", "--motions m --threshold inf",
+        "--motions m --threshold nan"}) {
+    EXPECT_THROW(Sample(std::string("--bundle b ") + flag).IgnoreError(),
+                 CLI::ValidationError)
+        << flag;
+  }
+}
+
+TEST(Sample, ComparesWithNothingWithoutALibrary) {
+  for (const char* flag : {"--threshold 0.3", "--transitions 7"}) {
+    EXPECT_THROW(Sample(std::string("--bundle b ") + flag).IgnoreError(),
+                 CLI::RequiresError)
+        << flag;
+  }
+}
+
+TEST(Sample, BeginsInTheSameFallsWhateverTheSeed) {
+  const Toy toy;
+  const auto heights = [&](const char* seed) {
+    EXPECT_THAT(Sample(toy.Arguments(std::string("--seconds 0.2 --count 2 "
+                                                 "--seed ") +
+                                     seed)),
+                IsOk());
+    // The zero action draws nothing.
+    return std::make_pair(toy.Read()["ways"][0]["rows"],
+                          toy.Read()["ways"][2]["rows"]);
+  };
+
+  const auto one = heights("1"), two = heights("2");
+
+  EXPECT_EQ(one.first, two.first);
+  EXPECT_NE(one.second, two.second);
+}
+
+TEST(Sample, TellsScalesApartThatAreAllButTheSame) {
+  const Toy toy;
+
+  ASSERT_THAT(Sample(toy.Arguments("--seconds 0.2 --count 2 --noise 1 "
+                                   "--noise 1.0000001")),
+              IsOk());
+
+  const Json ways = toy.Read()["ways"];
+  ASSERT_EQ(ways.size(), 4);
+  EXPECT_EQ(ways[2]["name"], "noise 1");
+  EXPECT_EQ(ways[3]["name"], "noise 1.0000001");
 }
 
 TEST(Sample, NamesWhatIsNotThere) {

@@ -7,6 +7,7 @@
 #include "common/cpu.h"
 #include "common/status_macros.h"
 #include "teacher/service/teacher_server.h"
+#include "tools/sinew/finite_range.h"
 #include "tools/sinew/security_flags.h"
 #include "tools/teacher/read_teacher.h"
 
@@ -52,6 +53,7 @@ void AddTeacherCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--batch-delay", options->delay_ms,
                    "ms that rows wait for others to share a batch")
+      ->check(FiniteRange(0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--queue", server.batches.queue_rows,

@@ -76,6 +76,16 @@ TEST_F(TeacherCommand, NamesABundleThatIsNotThere) {
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere")));
 }
 
+TEST_F(TeacherCommand, RefusesADelayThatIsNoNumber) {
+  for (const char* delay : {"nan", "inf"}) {
+    EXPECT_THROW(
+        Run(absl::StrCat("--bundle x --listen unix:/x --batch-delay ", delay))
+            .IgnoreError(),
+        CLI::ValidationError)
+        << delay;
+  }
+}
+
 TEST_F(TeacherCommand, NeedsABundleAndAnAddress) {
   EXPECT_THROW(static_cast<void>(Run("--listen unix:/x")), CLI::RequiredError);
   EXPECT_THROW(static_cast<void>(Run("--bundle x")), CLI::RequiredError);
