@@ -7,11 +7,10 @@
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
 #include "common/config/recipe.h"
-#include "common/policy/builder.h"
-#include "common/policy/latent_builder.h"
 #include "common/segment/segment_layout.h"
 #include "common/status_macros.h"
 #include "learner/ppo/batch.h"
+#include "learner/ppo/initial_policy.h"
 #include "learner/ppo/ppo_networks.h"
 #include "learner/ppo/ppo_update.h"
 #include "learner/torch/runtime.h"
@@ -354,37 +353,6 @@ absl::Status Ppo::BeginWith(const TensorMap& weights) {
   return absl::OkStatus();
 }
 
-// What a run begins with.
-struct Initial {
-  v1::PolicyGraph graph;
-  TensorMap weights;
-};
-
-absl::StatusOr<Initial> MakeInitial(const v1::Recipe& recipe,
-                                    const PpoLearner::Options& options) {
-  Initial initial;
-  if (RecordedLatentWidth(recipe) > 0) {
-    const policy::LatentPolicyOptions network = {
-        .self_observation_width = options.self_observation_width,
-        .observation_width = options.observation_width,
-        .action_width = options.action_width,
-        .network = recipe.network(),
-        .explores = true};
-    SINEW_ASSIGN_OR_RETURN(initial.graph, policy::BuildLatentPolicy(network));
-    SINEW_ASSIGN_OR_RETURN(
-        initial.weights, policy::InitialLatentWeights(network, recipe.seed()));
-    return initial;
-  }
-  const policy::TrackingPolicyOptions network = {
-      .observation_width = options.observation_width,
-      .action_width = options.action_width,
-      .network = recipe.network()};
-  SINEW_ASSIGN_OR_RETURN(initial.graph, policy::BuildTrackingPolicy(network));
-  SINEW_ASSIGN_OR_RETURN(initial.weights,
-                         policy::InitialWeights(network, recipe.seed()));
-  return initial;
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
@@ -399,7 +367,12 @@ absl::StatusOr<std::unique_ptr<PpoLearner>> PpoLearner::Create(
     return absl::InvalidArgumentError(
         "recipe field ppo.mirror: expected a task with a mirror, found none");
   }
-  SINEW_ASSIGN_OR_RETURN(Initial initial, MakeInitial(full, options));
+  SINEW_ASSIGN_OR_RETURN(
+      InitialPolicy initial,
+      MakeInitialPolicy(full,
+                        {.observation = options.observation_width,
+                         .self_observation = options.self_observation_width,
+                         .action = options.action_width}));
   SINEW_ASSIGN_OR_RETURN(
       std::unique_ptr<PpoNetworks> networks,
       PpoNetworks::Create(initial.graph, initial.weights,
