@@ -15,19 +15,34 @@ namespace sinew {
 //
 // Thread-safety: pure. Ownership: none. Blocking: never. Errors: none.
 
-// Number at a path of keys ("seconds", "learn"); `otherwise` if it is absent
-// or no number.
+// What is at a path of keys ("seconds", "learn"); null: nothing.
+template <typename Json>
+const Json* FieldAt(const Json& object, const std::vector<std::string>& path) {
+  const Json* at = &object;
+  for (const std::string& key : path) {
+    if (!at->is_object()) return nullptr;
+    const auto it = at->find(key);
+    if (it == at->end()) return nullptr;
+    at = &*it;
+  }
+  return at;
+}
+
+// Number there; `otherwise` if it is absent or no number.
 template <typename Json>
 double NumberAt(const Json& object, const std::vector<std::string>& path,
                 double otherwise = 0) {
-  const Json* at = &object;
-  for (const std::string& key : path) {
-    if (!at->is_object()) return otherwise;
-    const auto it = at->find(key);
-    if (it == at->end()) return otherwise;
-    at = &*it;
-  }
-  return at->is_number() ? at->template get<double>() : otherwise;
+  const Json* at = FieldAt(object, path);
+  return at != nullptr && at->is_number() ? at->template get<double>()
+                                          : otherwise;
+}
+
+// Text there; empty if it is absent or no text.
+template <typename Json>
+std::string TextAt(const Json& object, const std::vector<std::string>& path) {
+  const Json* at = FieldAt(object, path);
+  return at != nullptr && at->is_string() ? at->template get<std::string>()
+                                          : "";
 }
 
 // INVALID_ARGUMENT: "FILE: FIELD: expected EXPECTED, found FOUND".

@@ -23,6 +23,18 @@ TEST(NumberAt, FindsNumbersBelowKeysAndTakesTheOtherwiseForAnythingElse) {
   EXPECT_EQ(NumberAt(nlohmann::ordered_json(), {"cores"}, 7), 7);
 }
 
+TEST(TextAt, FindsTextBelowKeysAndNothingInAnythingElse) {
+  const auto object = nlohmann::json::parse(
+      R"({"bundle": {"path": "runs/one", "clips": 3}, "name": "x"})");
+
+  EXPECT_EQ(TextAt(object, {"name"}), "x");
+  EXPECT_EQ(TextAt(object, {"bundle", "path"}), "runs/one");
+  EXPECT_EQ(TextAt(object, {"bundle", "clips"}), "");
+  EXPECT_EQ(TextAt(object, {"bundle"}), "");
+  EXPECT_EQ(TextAt(object, {"name", "path"}), "");
+  EXPECT_EQ(TextAt(nlohmann::ordered_json(), {"name"}), "");
+}
+
 TEST(UnfitField, NamesFileAndField) {
   EXPECT_THAT(UnfitField("eval.json", "seconds", "10", "5"),
               StatusIs(absl::StatusCode::kInvalidArgument,

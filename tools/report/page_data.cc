@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "common/config/recipe.h"
 #include "common/json_fields.h"
 #include "tools/report/core_seconds.h"
 #include "tools/report/curves.h"
@@ -13,16 +12,6 @@
 
 namespace sinew::report {
 namespace {
-
-std::string TextAt(const Json& object, const char* key) {
-  const auto it = object.is_object() ? object.find(key) : object.end();
-  return it != object.end() && it->is_string() ? it->get<std::string>() : "";
-}
-
-v1::Recipe RecipeOf(const RunRecord& run) {
-  auto recipe = ParseRecipe(run.config, "config.textproto");
-  return recipe.ok() ? *recipe : v1::Recipe();
-}
 
 // Names of the clips, from whoever knows them.
 std::vector<std::string> ClipNames(const RunRecord& run,
@@ -33,7 +22,7 @@ std::vector<std::string> ClipNames(const RunRecord& run,
   }
   if (names.empty() && run.evaluation.is_object()) {
     for (const Json& clip : run.evaluation.value("clips", Json::array())) {
-      names.push_back(TextAt(clip, "name"));
+      names.push_back(TextAt(clip, {"name"}));
     }
   }
   return names;

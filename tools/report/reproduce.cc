@@ -10,7 +10,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "common/config/recipe.h"
 #include "common/json_fields.h"
 
 namespace sinew::report {
@@ -65,23 +64,17 @@ std::string ImportCommand(const v1::MotionLibrary& library) {
 
 std::string CharacterOf(const RunRecord& run,
                         const v1::MotionLibrary& library) {
-  if (run.manifest.is_object()) {
-    const Json name = run.manifest.value("character", Json());
-    if (name.is_string()) return name.get<std::string>();
-  }
-  return library.character();
+  const std::string name = TextAt(run.manifest, {"character"});
+  return name.empty() ? library.character() : name;
 }
 
 // Bundles of a role that the run's bundle says it was made from.
 int CountSources(const RunRecord& run, const char* role) {
-  if (!run.manifest.is_object()) return 0;
-  const Json provenance = run.manifest.value("provenance", Json());
-  if (!provenance.is_object()) return 0;
-  const Json sources = provenance.value("sources", Json());
-  return static_cast<int>(
-      std::count_if(sources.begin(), sources.end(), [&](const Json& source) {
-        return source.is_object() && source.value("role", Json()) == role;
-      }));
+  const Json* sources = FieldAt(run.manifest, {"provenance", "sources"});
+  if (sources == nullptr) return 0;
+  return static_cast<int>(std::count_if(
+      sources->begin(), sources->end(),
+      [&](const Json& source) { return TextAt(source, {"role"}) == role; }));
 }
 
 // " --flag BUNDLE BUNDLE", nothing for none.
@@ -105,8 +98,7 @@ std::string TrainCommand(const RunRecord& run, const v1::MotionLibrary& library,
     absl::StrAppendFormat(&train, " --iterations %.0f",
                           NumberAt(run.rows.back(), {"iteration"}));
   }
-  const auto parsed = ParseRecipe(run.config, "config.textproto");
-  const v1::Recipe recipe = parsed.ok() ? *parsed : v1::Recipe();
+  const v1::Recipe recipe = RecipeOf(run);
   // Of bundles the run knows the digests alone; without its own bundle, that
   // the recipe needs some.
   absl::StrAppend(&train, Bundles("--init", CountSources(run, "init")));

@@ -2,7 +2,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/json_fields.h"
 
 namespace sinew::report {
 namespace {
@@ -31,20 +33,10 @@ Json ReadObject(const std::string& path, const char* otherwise,
   return nullptr;
 }
 
-std::string TextAt(const Json& object, const char* part, const char* key) {
-  const Json of = object.is_object() ? object.value(part, Json()) : Json();
-  const Json text = of.is_object() ? of.value(key, Json()) : Json();
-  return text.is_string() ? text.get<std::string>() : "";
-}
-
 // manifest_sha256 of a bundle's folder; empty: there is none.
 std::string BundleDigest(const std::string& bundle) {
   const auto text = ReadFile(JoinPath(bundle, "manifest.json"));
-  if (!text.ok()) return "";
-  const Json manifest = Parse(*text);
-  const Json digest =
-      manifest.is_object() ? manifest.value("manifest_sha256", Json()) : Json();
-  return digest.is_string() ? digest.get<std::string>() : "";
+  return text.ok() ? TextAt(Parse(*text), {"manifest_sha256"}) : "";
 }
 
 // Sets the bundle that the report is about: that of the evaluation. An
@@ -54,7 +46,7 @@ void ChooseBundle(RunRecord* run) {
   run->bundle = JoinPath(run->directory, "bundle");
   if (!run->evaluation.is_object()) return;
   const std::string evaluated =
-      TextAt(run->evaluation, "bundle", "manifest_sha256");
+      TextAt(run->evaluation, {"bundle", "manifest_sha256"});
   bool any = false;
   for (const char* name : {"bundle", "bundle_best"}) {
     const std::string bundle = JoinPath(run->directory, name);
@@ -122,13 +114,18 @@ absl::StatusOr<RunRecord> ReadRun(const std::string& directory) {
                               "The run has no eval.json: figures of the "
                               "result are those of evaluations in training.",
                               &run.notes);
-  run.evaluated_motions = TextAt(run.evaluation, "library", "path");
+  run.evaluated_motions = TextAt(run.evaluation, {"library", "path"});
   ChooseBundle(&run);
   run.manifest = ReadObject(
       JoinPath(run.bundle, "manifest.json"),
       "The run has no bundle, so there is nothing to show in motion.",
       &run.notes);
   return run;
+}
+
+v1::Recipe RecipeOf(const RunRecord& run) {
+  const auto recipe = ParseRecipe(run.config, "config.textproto");
+  return recipe.ok() ? *recipe : v1::Recipe();
 }
 
 }  // namespace sinew::report

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "proto/sinew/v1/recipe.pb.h"
 
 namespace sinew::report {
 
@@ -32,6 +33,9 @@ struct RunRecord {
 // disk. NOT_FOUND if the directory holds neither config.textproto nor
 // metrics.jsonl.
 absl::StatusOr<RunRecord> ReadRun(const std::string& directory);
+
+// The recipe that `config` is; an empty one if it is none. Pure.
+v1::Recipe RecipeOf(const RunRecord& run);
 
 }  // namespace sinew::report
 
