@@ -49,12 +49,11 @@ struct UpdateFigures {
 // While the policy does not learn all of this is done for the value network
 // alone, and the policy's figures are 0.
 //
-// So the KL stop costs nothing until it strikes, and looks at
-// rows drawn at random, with all steps of the epoch behind them. Every number
-// is a function of networks, batch and settings; the number of ranks has no
-// part in it.
-// KL and clip fraction are means over the rows in which the policy acted
-// (Batch::acted).
+// So the KL stop costs nothing until it strikes, and looks at rows drawn at
+// random, with all steps of the epoch behind them. KL and clip fraction are
+// means over the rows in which the policy acted (Batch::acted). Every number is
+// a function of networks, batch and settings; the number of ranks has no part
+// in it.
 //
 // Thread-safety: one caller. Blocking: computes. Errors: those of PpoNetworks;
 // the update has then been done in part.

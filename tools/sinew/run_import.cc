@@ -156,13 +156,13 @@ void AddReading(CLI::App* command, ImportFlags* options) {
   command
       ->add_option("--unit", options->unit,
                    "metres per unit of length (default: concluded)")
-      ->check(FiniteRange(1e-6, 1e6))
+      ->check(FiniteRange(1e-6, 1e3))
       ->group(group);
   command->add_option("--up", options->up, "axis that points up: x, y or z")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->group(group);
   command->add_option("--fps", options->fps, "frames per second of the files")
-      ->check(FiniteRange(1e-3, 1e6))
+      ->check(FiniteRange(1e-3, 1e4))
       ->group(group);
   command
       ->add_option("--quaternion-order", options->quaternion_order,
