@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
@@ -244,6 +245,16 @@ TEST_F(MotionCommandTest, RefusesToBlendWhatIsNoClipOrOverNoGap) {
                    march, march}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("gap of more than 0")));
+}
+
+TEST_F(MotionCommandTest, RefusesNumbersOfThreadsThatNoMachineHas) {
+  for (const char* threads : {"0", "-2", "1000000"}) {
+    EXPECT_THROW(
+        static_cast<void>(Run({"import", "--out", TestPath("library"),
+                               absl::StrCat("--threads=", threads), "x.bvh"})),
+        CLI::ValidationError)
+        << threads;
+  }
 }
 
 TEST_F(MotionCommandTest, PrintsTheMapOfASkeletonForEditing) {

@@ -86,6 +86,15 @@ TEST_F(TeacherCommand, RefusesADelayThatIsNoNumber) {
   }
 }
 
+TEST_F(TeacherCommand, RefusesNumbersOfThreadsThatNoMachineHas) {
+  for (const char* threads : {"0", "-2", "1000000"}) {
+    EXPECT_THROW(static_cast<void>(Run(absl::StrCat(
+                     "--bundle x --listen unix:/x --threads=", threads))),
+                 CLI::ValidationError)
+        << threads;
+  }
+}
+
 TEST_F(TeacherCommand, NeedsABundleAndAnAddress) {
   EXPECT_THROW(static_cast<void>(Run("--listen unix:/x")), CLI::RequiredError);
   EXPECT_THROW(static_cast<void>(Run("--bundle x")), CLI::RequiredError);

@@ -13,16 +13,22 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// What no frame was measured for is null.
+Json Mean(double value, int64_t frames) {
+  return frames > 0 ? Json(value) : Json(nullptr);
+}
+
 Json SetRow(const SetSummary& set) {
+  const MetricMeans& means = set.means;
   return {{"clips", set.clips},
           {"succeeded_clips", set.succeeded_clips},
           {"starts", set.starts},
           {"succeeded_starts", set.succeeded_starts},
           {"survived_share", set.survived_share},
-          {"e_g_mpjpe_mm", set.means.e_g_mpjpe_mm},
-          {"e_mpjpe_mm", set.means.e_mpjpe_mm},
-          {"e_vel", set.means.e_vel},
-          {"e_acc", set.means.e_acc}};
+          {"e_g_mpjpe_mm", Mean(means.e_g_mpjpe_mm, set.frames)},
+          {"e_mpjpe_mm", Mean(means.e_mpjpe_mm, set.frames)},
+          {"e_vel", Mean(means.e_vel, means.velocity_frames)},
+          {"e_acc", Mean(means.e_acc, means.acceleration_frames)}};
 }
 
 Json EvaluationRow(const learner::IterationReport& report) {

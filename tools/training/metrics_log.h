@@ -46,7 +46,8 @@ struct RunFigures {
 // the teacher costs. `distillation` is there where the recipe has one.
 // `eval` has `training` and `left_out` where clips are left out, and `drawn`
 // where starts are drawn from some of those that are trained on; `plateau` is
-// there where the recipe has one.
+// there where the recipe has one. An error of which no frame was measured is
+// null.
 //
 // Thread-safety: one caller. Blocking: on the disk; each row is flushed.
 // Errors: those of the disk, naming the file.

@@ -114,6 +114,25 @@ TEST(MetricsLogTest, SaysWhereCoreSecondsWent) {
   EXPECT_EQ(row["eval"]["succeeded_starts"], 12);
 }
 
+TEST(MetricsLogTest, HasNoErrorOfWhatWasNotMeasured) {
+  learner::IterationReport none;
+  none.evaluation = EvaluationSummary();
+  learner::IterationReport some = none;
+  some.iteration = 1;
+  some.evaluation->overall.frames = 2;
+  some.evaluation->overall.means = {
+      .e_g_mpjpe_mm = 30, .e_vel = 4, .velocity_frames = 1};
+
+  const std::vector<Json> rows = RowsOf({none, some});
+
+  for (const char* error : {"e_g_mpjpe_mm", "e_mpjpe_mm", "e_vel", "e_acc"}) {
+    EXPECT_TRUE(rows[0]["eval"].at(error).is_null()) << error;
+  }
+  EXPECT_EQ(rows[1]["eval"]["e_g_mpjpe_mm"], 30);
+  EXPECT_EQ(rows[1]["eval"]["e_vel"], 4);
+  EXPECT_TRUE(rows[1]["eval"]["e_acc"].is_null());  // takes three in a row
+}
+
 TEST(MetricsLogTest, SaysWhereEpisodesStart) {
   learner::IterationReport all;
   all.curriculum.bins = 7;
