@@ -22,7 +22,7 @@ absl::StatusOr<std::string> BundleOf(ArtifactStore& store, const char* alias) {
 
 absl::Status CheckArtifactId(const std::string& id) {
   SINEW_RETURN_IF_ERROR(ValidateName("artifact id", id));
-  for (const char* alias : {kStable, kStablePrevious, "best", "latest"}) {
+  for (const char* alias : {kStable, kStablePrevious, kBest, kLatest}) {
     if (id != alias) continue;
     return absl::InvalidArgumentError(absl::StrCat(
         "artifact id: expected none that is the name of an alias, found \"", id,

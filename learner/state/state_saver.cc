@@ -34,17 +34,17 @@ StateSaver::StateSaver(checkpoint::ArtifactStore& store, int keep, Clock& clock,
       metrics_(metrics),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-bool StateSaver::Start(Trainer::State state, bool is_best) {
+bool StateSaver::Start(Trainer::State state) {
   MutexLock lock(mu_);
-  if (request_.has_value()) return false;
-  request_ = Request{std::move(state), is_best};
+  if (state_.has_value()) return false;
+  state_ = std::move(state);
   changed_.NotifyAll();
   return true;
 }
 
 bool StateSaver::idle() const {
   MutexLock lock(mu_);
-  return !request_.has_value();
+  return !state_.has_value();
 }
 
 std::optional<StateSaver::Result> StateSaver::TakeResult() {
@@ -56,40 +56,40 @@ absl::Status StateSaver::Flush(absl::Duration timeout,
                                const std::stop_token& stop) {
   const Clock::TimePoint deadline = clock_.After(timeout);
   MutexLock lock(mu_);
-  while (request_.has_value()) {
+  while (state_.has_value()) {
     if (!clock_.WaitUntil(mu_, changed_, deadline, stop)) break;
   }
-  if (!request_.has_value()) return absl::OkStatus();
+  if (!state_.has_value()) return absl::OkStatus();
   return absl::DeadlineExceededError(absl::StrCat(
-      "the training state of iteration ", request_->state.counters.iteration(),
+      "the training state of iteration ", state_->counters.iteration(),
       " is still being saved after ", absl::FormatDuration(timeout)));
 }
 
 void StateSaver::Run(const std::stop_token& stop) {
   while (true) {
-    const Request* request = nullptr;
+    const Trainer::State* state = nullptr;
     {
       MutexLock lock(mu_);
-      while (!request_.has_value() && changed_.Wait(mu_, stop)) {
+      while (!state_.has_value() && changed_.Wait(mu_, stop)) {
       }
-      if (!request_.has_value()) return;
+      if (!state_.has_value()) return;
       // Nobody changes it while it is in flight.
-      request = &*request_;
+      state = &*state_;
     }
-    Result result = Save(*request);
+    Result result = Save(*state);
     MutexLock lock(mu_);
     result_ = std::move(result);
-    request_.reset();
+    state_.reset();
     changed_.NotifyAll();
   }
 }
 
-StateSaver::Result StateSaver::Save(const Request& request) {
+StateSaver::Result StateSaver::Save(const Trainer::State& state) {
   const double begin = clock_.SteadySeconds();
   Result result;
-  result.iteration = request.state.counters.iteration();
-  result.bytes = BytesOf(request.state);
-  result.status = SaveState(store_, request.state, keep_, request.is_best);
+  result.iteration = state.counters.iteration();
+  result.bytes = BytesOf(state);
+  result.status = SaveState(store_, state, keep_);
   result.seconds = clock_.SteadySeconds() - begin;
   metrics_.seconds.Observe(result.seconds);
   if (result.status.ok()) {

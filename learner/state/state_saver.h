@@ -48,7 +48,7 @@ class StateSaver {
 
   // Begins to save. False, and nothing happens, while another save is in
   // flight: the caller tries again after its next iteration.
-  bool Start(Trainer::State state, bool is_best = false) SINEW_EXCLUDES(mu_);
+  bool Start(Trainer::State state) SINEW_EXCLUDES(mu_);
 
   bool idle() const SINEW_EXCLUDES(mu_);
 
@@ -60,13 +60,8 @@ class StateSaver {
       SINEW_EXCLUDES(mu_);
 
  private:
-  struct Request {
-    Trainer::State state;
-    bool is_best = false;
-  };
-
   void Run(const std::stop_token& stop) SINEW_EXCLUDES(mu_);
-  Result Save(const Request& request);
+  Result Save(const Trainer::State& state);
 
   checkpoint::ArtifactStore& store_;
   const int keep_;
@@ -76,7 +71,7 @@ class StateSaver {
   mutable Mutex mu_;
   CondVar changed_;
   // In flight.
-  std::optional<Request> request_ SINEW_GUARDED_BY(mu_);
+  std::optional<Trainer::State> state_ SINEW_GUARDED_BY(mu_);
   std::optional<Result> result_ SINEW_GUARDED_BY(mu_);
 
   // Last: it uses all of the above. Ends once nothing is in flight.

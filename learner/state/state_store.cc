@@ -37,7 +37,7 @@ absl::StatusOr<Trainer::State> LoadState(ArtifactStore& store,
 }  // namespace
 
 absl::Status SaveState(ArtifactStore& store, const Trainer::State& state,
-                       int keep, bool is_best) {
+                       int keep) {
   const ArtifactFiles files = StateToFiles(state);
   v1::Artifact record;
   record.set_kind(kStateKind);
@@ -48,8 +48,7 @@ absl::Status SaveState(ArtifactStore& store, const Trainer::State& state,
     status = PutUnderFreeName(store, files, record);
   }
   SINEW_RETURN_IF_ERROR(status);
-  SINEW_RETURN_IF_ERROR(store.SetAlias("latest", record.id()));
-  if (is_best) SINEW_RETURN_IF_ERROR(store.SetAlias("best", record.id()));
+  SINEW_RETURN_IF_ERROR(store.SetAlias(checkpoint::kLatest, record.id()));
   return store.Retain(kStateKind, keep);
 }
 

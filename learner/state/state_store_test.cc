@@ -84,15 +84,16 @@ TEST_F(StateStore, ReturnsTheNewestState) {
   EXPECT_EQ(store_.GetArtifact("latest")->id(), "state-00000040");
 }
 
-TEST_F(StateStore, KeepsAsManyAsAskedAndTheBest) {
-  ASSERT_THAT(SaveState(store_, MakeState(1), 2, /*is_best=*/true), IsOk());
+TEST_F(StateStore, KeepsAsManyAsAskedAndWhatAnAliasNames) {
+  ASSERT_THAT(SaveState(store_, MakeState(1), 2), IsOk());
+  ASSERT_THAT(store_.SetAlias("kept", "state-00000001"), IsOk());
   for (int iteration : {2, 3, 4}) {
     ASSERT_THAT(SaveState(store_, MakeState(iteration), 2), IsOk());
   }
 
   EXPECT_THAT(Ids(store_), ElementsAre("state-00000004", "state-00000003",
                                        "state-00000001"));
-  EXPECT_EQ(store_.GetArtifact("best")->iteration(), 1);
+  EXPECT_EQ(store_.GetArtifact("kept")->iteration(), 1);
 }
 
 TEST_F(StateStore, FallsBackToTheOlderStateWhenTheNewerIsDamaged) {

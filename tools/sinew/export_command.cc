@@ -90,7 +90,7 @@ absl::StatusOr<std::string> AssetsNow(const ExportOptions& options,
 absl::Status ExportBest(const ExportOptions& options,
                         checkpoint::ArtifactStore& store) {
   SINEW_ASSIGN_OR_RETURN(const checkpoint::ArtifactFiles files,
-                         GetFiles(store, "best"));
+                         GetFiles(store, checkpoint::kBest));
   const auto snapshot = files.find("snapshot");
   const auto record = files.find("evaluated.pb");
   v1::EvaluatedPolicy evaluated;

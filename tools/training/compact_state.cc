@@ -125,7 +125,7 @@ absl::Status WriteCompactState(
   SINEW_ASSIGN_OR_RETURN(const auto to,
                          Open(folder, checkpoint::StoreAccess::kWrite, clock));
   SINEW_RETURN_IF_ERROR(PutFiles(*to, record, files));
-  return to->SetAlias("latest", record.id());
+  return to->SetAlias(checkpoint::kLatest, record.id());
 }
 
 absl::StatusOr<CompactState> ReadCompactState(const std::string& folder,

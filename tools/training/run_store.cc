@@ -15,7 +15,6 @@
 namespace sinew::tools {
 namespace {
 
-constexpr char kBest[] = "best";
 constexpr char kSnapshot[] = "snapshot";
 constexpr char kEvaluated[] = "evaluated.pb";
 constexpr char kAssetList[] = "assets.pb";
@@ -93,12 +92,13 @@ absl::Status RunStore::PutBest(const Policy& policy) {
   // A run that went on from an older state comes here again, with the same
   // snapshot; only seconds and build may differ, and those of before stay.
   if (!put.ok() && !absl::IsAlreadyExists(put)) return put;
-  SINEW_RETURN_IF_ERROR(store_->SetAlias(kBest, record.id()));
+  SINEW_RETURN_IF_ERROR(store_->SetAlias(checkpoint::kBest, record.id()));
   return store_->Retain("policy", 1);
 }
 
 absl::StatusOr<std::optional<RunStore::Policy>> RunStore::GetBest() {
-  absl::StatusOr<checkpoint::ArtifactFiles> files = GetFiles(*store_, kBest);
+  absl::StatusOr<checkpoint::ArtifactFiles> files =
+      GetFiles(*store_, checkpoint::kBest);
   if (absl::IsNotFound(files.status())) return std::nullopt;
   SINEW_RETURN_IF_ERROR(files.status());
   Policy policy;
@@ -107,8 +107,8 @@ absl::StatusOr<std::optional<RunStore::Policy>> RunStore::GetBest() {
   if (policy.snapshot == nullptr || evaluated == nullptr ||
       !policy.evaluated.ParseFromString(*evaluated)) {
     return absl::DataLossError(absl::StrCat(
-        "artifact \"", kBest, "\": expected files ", kSnapshot, " and ",
-        kEvaluated, ", found ", files->size(), " others"));
+        "artifact \"", checkpoint::kBest, "\": expected files ", kSnapshot,
+        " and ", kEvaluated, ", found ", files->size(), " others"));
   }
   return policy;
 }

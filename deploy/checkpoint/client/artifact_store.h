@@ -64,6 +64,11 @@ class ArtifactStore : public BlobSource {
   virtual absl::Status DropBlobs(absl::Span<const std::string> sha256s) = 0;
 };
 
+// Aliases of a run's store: its newest training state and its best evaluated
+// policy.
+inline constexpr char kLatest[] = "latest";
+inline constexpr char kBest[] = "best";
+
 // Files of an artifact by relative path.
 using ArtifactFiles = std::map<std::string, Blob>;
 
