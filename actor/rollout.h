@@ -58,8 +58,9 @@ namespace sinew::actor {
 // are there, except where an episode ends.
 class RolloutWorker {
  public:
-  // Called after each survived step of an evaluation with data whose bodies and
-  // geoms are placed: start's index, the frame reached, counted from the start
+  // Called after each step of an evaluation, that in which a start fails among
+  // them (unless it diverged), with data whose bodies and geoms are placed:
+  // start's index, the frame reached, counted from the start
   // (>= 1), and the latent that the step was taken with (the policy's tap
   // "latent"; without noise its encoder's mean), empty where it has none.
   using FrameObserver =

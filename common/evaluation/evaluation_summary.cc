@@ -53,16 +53,21 @@ std::vector<double> BodyMeans(const Sums& sums) {
 
 using Results = std::vector<const v1::EvaluationResult*>;
 
+// Which start it is of.
+std::tuple<int32_t, int32_t, int32_t, int32_t> KeyOf(
+    const v1::EvaluationResult& result) {
+  return {result.clip(), result.start_frame(), result.steps(),
+          result.has_fallen_state() ? result.fallen_state() : -1};
+}
+
 // One order for every input order; equal starts have equal results.
 Results Sorted(absl::Span<const v1::EvaluationResult> results) {
   Results sorted;
   for (const v1::EvaluationResult& result : results) {
     sorted.push_back(&result);
   }
-  std::sort(sorted.begin(), sorted.end(), [](const auto* a, const auto* b) {
-    return std::tuple(a->clip(), a->start_frame(), a->steps()) <
-           std::tuple(b->clip(), b->start_frame(), b->steps());
-  });
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto* a, const auto* b) { return KeyOf(*a) < KeyOf(*b); });
   return sorted;
 }
 

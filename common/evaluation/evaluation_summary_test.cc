@@ -128,13 +128,17 @@ TEST(EvaluationSummary, IsTheSameInAnyOrder) {
   std::vector<v1::EvaluationResult> results;
   for (int i = 0; i < 12; ++i) {
     results.push_back(Result(i % 3, i, 100, -1, 1.0 / (i + 1)));
+    // Fallen ones differ in their body alone.
+    results.push_back(Result(i % 3, 0, 100, i % 2 - 1, 1.0 / (i + 20)));
+    results.back().set_fallen_state(i);
   }
-  const double expected =
-      SummariseEvaluation(results).overall.means.e_g_mpjpe_mm;
+  const SetSummary expected = SummariseEvaluation(results).overall;
 
   std::reverse(results.begin(), results.end());
 
-  EXPECT_EQ(SummariseEvaluation(results).overall.means.e_g_mpjpe_mm, expected);
+  const SetSummary found = SummariseEvaluation(results).overall;
+  EXPECT_EQ(found.means.e_g_mpjpe_mm, expected.means.e_g_mpjpe_mm);
+  EXPECT_EQ(found.first_start_successes, expected.first_start_successes);
 }
 
 }  // namespace

@@ -46,8 +46,15 @@ absl::Status MoveStable(ArtifactStore& store, const std::string& id,
                      stable.empty() ? "none" : stable, ": it has moved"));
   }
   if (!incumbent.empty()) {
-    SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent));
-    return store.SetAlias(kStable, id, incumbent);
+    SINEW_ASSIGN_OR_RETURN(const std::string before,
+                           BundleOf(store, kStablePrevious));
+    SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent, before));
+    absl::Status moved = store.SetAlias(kStable, id, incumbent);
+    // The way back is what it was, as far as the store still answers.
+    if (!moved.ok() && !before.empty()) {
+      store.SetAlias(kStablePrevious, before, incumbent).IgnoreError();
+    }
+    return moved;
   }
   // Nothing to compare with: whoever came last has set it.
   SINEW_RETURN_IF_ERROR(store.SetAlias(kStable, id));

@@ -1,5 +1,6 @@
 #include "deploy/checkpoint/stable_bundle.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "absl/types/span.h"
 #include "common/clock.h"
 #include "common/files.h"
+#include "common/status_macros.h"
 #include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -52,11 +54,13 @@ class StableBundleTest : public ::testing::Test {
   std::unique_ptr<ArtifactStore> store_;
 };
 
-// A store in which somebody else moves an alias right after it was set.
+// A store in which something happens right after an alias was set.
 class OvertakenStore final : public ArtifactStore {
  public:
-  OvertakenStore(ArtifactStore& store, std::string id)
-      : store_(store), id_(std::move(id)) {}
+  using AfterAlias = std::function<absl::Status(const std::string& alias)>;
+
+  OvertakenStore(ArtifactStore& store, AfterAlias after)
+      : store_(store), after_(std::move(after)) {}
 
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override {
     return store_.GetBlob(sha256);
@@ -76,9 +80,8 @@ class OvertakenStore final : public ArtifactStore {
   }
   absl::Status SetAlias(const std::string& alias, const std::string& id,
                         const std::string& expected_id) override {
-    const absl::Status status = store_.SetAlias(alias, id, expected_id);
-    EXPECT_THAT(store_.SetAlias(alias, id_), IsOk());
-    return status;
+    SINEW_RETURN_IF_ERROR(store_.SetAlias(alias, id, expected_id));
+    return after_(alias);
   }
   absl::Status Retain(const std::string& kind, int keep) override {
     return store_.Retain(kind, keep);
@@ -89,11 +92,13 @@ class OvertakenStore final : public ArtifactStore {
 
  private:
   ArtifactStore& store_;
-  const std::string id_;
+  const AfterAlias after_;
 };
 
 TEST_F(StableBundleTest, SeesThatAnotherFirstOneCameAfterIt) {
-  OvertakenStore overtaken(*store_, "b");
+  OvertakenStore overtaken(*store_, [this](const std::string& alias) {
+    return store_->SetAlias(alias, "b");
+  });
 
   EXPECT_THAT(MoveStable(overtaken, "a", ""),
               StatusIs(absl::StatusCode::kFailedPrecondition,
@@ -154,6 +159,21 @@ TEST_F(StableBundleTest, StaysWhereSomebodyElseMovedIt) {
                        HasSubstr("expected none, found b")));
 
   EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("b"));
+  EXPECT_EQ(Previous(), "a");
+}
+
+// Between its two steps somebody else moves the stable one.
+TEST_F(StableBundleTest, KeepsTheWayBackWhereItIsOvertaken) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+  OvertakenStore overtaken(*store_, [this](const std::string& alias) {
+    return alias == kStablePrevious ? store_->SetAlias(kStable, "s")
+                                    : absl::OkStatus();
+  });
+
+  EXPECT_THAT(MoveStable(overtaken, "c", "b"),
+              StatusIs(absl::StatusCode::kFailedPrecondition));
+
   EXPECT_EQ(Previous(), "a");
 }
 

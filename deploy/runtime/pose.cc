@@ -20,10 +20,10 @@ absl::Status CheckArray(const double* values, int count, bool needed,
         what, ".", field, ": expected ", count, " numbers, found NULL"));
   }
   for (int i = 0; i < count; ++i) {
-    if (std::isfinite(values[i])) continue;
+    if (std::isfinite(static_cast<float>(values[i]))) continue;
     return absl::InvalidArgumentError(
         absl::StrCat(what, ".", field, "[", i,
-                     "]: expected a finite number, found ", values[i]));
+                     "]: expected a finite float32, found ", values[i]));
   }
   return absl::OkStatus();
 }

@@ -27,8 +27,9 @@ struct PoseNeeds {
 };
 
 // INVALID_ARGUMENT naming `what` ("state", "frames[1]"), the field and element:
-// an array that is missing, a number that is not finite, a rotation that is not
-// a unit quaternion within 1e-3. Allocates only then.
+// an array that is missing, a number that is no finite float32 (policies
+// compute in these), a rotation that is not a unit quaternion within 1e-3.
+// Allocates only then.
 absl::Status CheckPose(const Pose& pose, const PoseNeeds& needs,
                        absl::string_view what);
 

@@ -102,13 +102,15 @@ absl::Status ReferenceFeed::Play(absl::string_view clip, double seconds,
                                             absl::StrJoin(names, ", "),
                                             ", found \"", clip, "\""));
   }
-  SINEW_ASSIGN_OR_RETURN(frame_, FrameAt(seconds, control_hz_));
+  SINEW_ASSIGN_OR_RETURN(const int64_t frame, FrameAt(seconds, control_hz_));
   clip_ = found;
+  frame_ = std::min(frame, motion::LastFrame(library_->clip(clip_)));
   stand_ = 0;
   turn_ = Eigen::Quaterniond::Identity();
   move_ = Eigen::Vector3d::Zero();
   is_moved_ = false;
-  wants_alignment_ = align == Align::kToBody;
+  align_ = align;
+  is_nearest_ = false;
   return absl::OkStatus();
 }
 
@@ -154,6 +156,8 @@ absl::StatusOr<double> ReferenceFeed::PlayNearest(const world::BodyState& body,
   clip_ = nearest->clip;
   frame_ = nearest->frame;
   stand_ = stand;
+  align_ = Align::kNone;
+  is_nearest_ = true;
   double root[4];
   motion::ToWxyz(body.rotation[0], root);
   AlignTo(body.position[0].data(), root);
@@ -167,7 +171,8 @@ absl::Status ReferenceFeed::Seek(double seconds) {
   if (!playing()) {
     return absl::FailedPreconditionError("seek: expected a clip to play");
   }
-  SINEW_ASSIGN_OR_RETURN(frame_, FrameAt(seconds, control_hz_));
+  SINEW_ASSIGN_OR_RETURN(const int64_t frame, FrameAt(seconds, control_hz_));
+  frame_ = std::min(frame, motion::LastFrame(library_->clip(clip_)));
   stand_ = 0;
   return absl::OkStatus();
 }
@@ -193,7 +198,6 @@ void ReferenceFeed::AlignTo(const double* position,
       position == nullptr ? from : Eigen::Vector3d(position[0], position[1], 0);
   move_ = to - turn_ * from;
   is_moved_ = true;
-  wants_alignment_ = false;
 }
 
 void ReferenceFeed::Transform(world::BodyState* state) const {

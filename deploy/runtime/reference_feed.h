@@ -37,6 +37,7 @@ namespace sinew::runtime {
 // locks. Errors: name field, expected and found.
 class ReferenceFeed {
  public:
+  // kToBody: every reset moves the clip to the body.
   enum class Align { kNone, kToBody };
   // Frames of clips that are not left out: all that a clip goes on from for a
   // while, those of get-ups before they leave the floor, those that stay
@@ -69,10 +70,12 @@ class ReferenceFeed {
   // which of a looping clip counts on.
   int clip() const { return clip_; }
   int64_t frame() const { return frame_; }
-  // The clip's last frame is reached; the feed stays there.
+  // The clip's last frame is reached: the feed stays there.
   bool is_over() const;
-  // True once an aligned clip waits for AlignTo.
-  bool wants_alignment() const { return wants_alignment_; }
+  // Whether a reset moves what plays to where the body stands (AlignTo).
+  bool aligns() const { return align_ == Align::kToBody; }
+  // Whether it plays from the frame that was nearest to a body.
+  bool is_nearest() const { return is_nearest_; }
   // Moves what plays so that the frame of now stands (in the plane) and heads
   // as the body does; `position` is null where only the heading is known.
   void AlignTo(const double* position, const double* rotation_wxyz);
@@ -84,11 +87,11 @@ class ReferenceFeed {
   // After a Load, once: hides what is far of a body in recovery.h's sense. True
   // if the next frame is.
   bool Hide(const world::RecoveryLaw& law, const world::BodyState& body);
-  // The clip moves on by a frame, unless that of now stands.
+  // The clip moves on by a frame, unless that of now stands or is its last.
   void Advance() {
     if (stand_ > 0) {
       --stand_;
-    } else {
+    } else if (!is_over()) {
       ++frame_;
     }
   }
@@ -127,7 +130,8 @@ class ReferenceFeed {
   int clip_ = -1;
   int64_t frame_ = 0;
   int stand_ = 0;  // steps
-  bool wants_alignment_ = false;
+  Align align_ = Align::kNone;
+  bool is_nearest_ = false;
   // Reference to world: turn about z, then move.
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   Eigen::Vector3d move_ = Eigen::Vector3d::Zero();

@@ -160,10 +160,14 @@ absl::Status Runtime::Reset(const Pose& state, const Pose* reference) {
     // The law of a bundle with a latent looks at no frame.
     law_.InitialTarget(q, motion::FrameView(), target);
   } else {
-    if (feed_->wants_alignment()) {
+    if (feed_->aligns()) {
       feed_->AlignTo(state.root_position, state.root_rotation);
     }
-    law_.InitialTarget(q, feed_->RowOfNow(), target);
+    if (feed_->is_nearest()) {
+      std::copy(q.begin(), q.end(), target.begin());
+    } else {
+      law_.InitialTarget(q, feed_->RowOfNow(), target);
+    }
   }
   is_reset_ = true;
   return absl::OkStatus();
@@ -206,6 +210,16 @@ absl::Status Runtime::CheckFinite(absl::string_view what,
     if (std::isfinite(value)) continue;
     return absl::InternalError(
         absl::StrCat(what, ": expected finite numbers, found ", value));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Runtime::CheckObserved(absl::Span<const float> observation) {
+  for (size_t i = 0; i < observation.size(); ++i) {
+    if (std::isfinite(observation[i])) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("observation[", i, "] of this state and reference: ",
+                     "expected a finite float32, found ", observation[i]));
   }
   return absl::OkStatus();
 }
@@ -262,7 +276,7 @@ void Runtime::ReadBody(const Pose& state,
               shown_target_.size(), shown_target_.begin());
 }
 
-void Runtime::Observe(const Pose& state) {
+absl::Status Runtime::Observe(const Pose& state) {
   plane_ = feed_->RootNow();
   ReadBody(state, builder_);
   is_out_of_sight_ = recovery_.on() && feed_->Hide(recovery_, body_);
@@ -272,10 +286,11 @@ void Runtime::Observe(const Pose& state) {
                   .previous_target = shown_target_,
                   .self_contact = self_contact_},
                  observation_);
+  return CheckObserved(observation_);
 }
 
 absl::Status Runtime::Act(const Pose& state, absl::Span<double> target) {
-  Observe(state);
+  SINEW_RETURN_IF_ERROR(Observe(state));
   executor_->Run(1);
   SINEW_RETURN_IF_ERROR(CheckFinite("action", action()));
   law_.Target(body_.joint_position, is_out_of_sight_ ? nullptr : &feed_->next(),

@@ -84,9 +84,10 @@ class Runtime {
   // Control steps ahead of now of the frames that StepTo takes.
   absl::Span<const int> frames() const { return feed_->offsets(); }
 
-  // Begins an episode at `state`: aligns the clip, sets the previous target.
-  // `reference`: the frame of now; null where a clip plays or the bundle has a
-  // latent.
+  // Begins an episode at `state`: aligns the clip, sets the previous target (to
+  // the joints' positions after PlayNearest, as where training begins on the
+  // floor; else to what no action means there). `reference`: the frame of now;
+  // null where a clip plays or the bundle has a latent.
   absl::Status Reset(const Pose& state, const Pose* reference);
 
   // One control step: targets [J] rad. Step follows the clip and moves it on;
@@ -143,7 +144,9 @@ class Runtime {
   void PlaceBody(const Pose& state);
   // What `builder` sees of the body alone.
   void ReadBody(const Pose& state, const world::ObservationBuilder& builder);
-  void Observe(const Pose& state);
+  // Numbers that are finite each may be too large together.
+  static absl::Status CheckObserved(absl::Span<const float> observation);
+  absl::Status Observe(const Pose& state);
   absl::Status Act(const Pose& state, absl::Span<double> target);
   // new_target_ becomes the previous one, and the caller's.
   void TakeTarget(absl::Span<double> target);
@@ -158,7 +161,7 @@ class Runtime {
                                    absl::Span<double> mean,
                                    absl::Span<double> std);
   absl::Status CheckSelf(const Pose& state) const;
-  void ObserveSelf(const Pose& state);
+  absl::Status ObserveSelf(const Pose& state);
   absl::Status EncodeObserved(const Pose& state, absl::Span<double> mean,
                               absl::Span<double> std);
   absl::Status ObserveBlindly(absl::string_view what,

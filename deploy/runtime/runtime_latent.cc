@@ -54,7 +54,7 @@ absl::Status Runtime::CheckSelf(const Pose& state) const {
   return CheckPose(state, state_needs_, "state");
 }
 
-void Runtime::ObserveSelf(const Pose& state) {
+absl::Status Runtime::ObserveSelf(const Pose& state) {
   ReadBody(state, self_builder_);
   self_builder_.Build({.body = &body_,
                        .reference = {},
@@ -62,6 +62,7 @@ void Runtime::ObserveSelf(const Pose& state) {
                        .previous_target = shown_target_,
                        .self_contact = self_contact_},
                       absl::MakeSpan(self_observation_));
+  return CheckObserved(self_observation_);
 }
 
 absl::Status Runtime::SelfObservation(const Pose& state,
@@ -73,7 +74,7 @@ absl::Status Runtime::SelfObservation(const Pose& state,
                      self_observation_.size(), " numbers, found ", out.size()));
   }
   SINEW_RETURN_IF_ERROR(CheckSelf(state));
-  ObserveSelf(state);
+  SINEW_RETURN_IF_ERROR(ObserveSelf(state));
   std::copy(self_observation_.begin(), self_observation_.end(), out.begin());
   return absl::OkStatus();
 }
@@ -90,7 +91,7 @@ absl::Status Runtime::GiveGaussian(const LatentNetworks::Gaussian& latent,
 
 absl::Status Runtime::EncodeObserved(const Pose& state, absl::Span<double> mean,
                                      absl::Span<double> std) {
-  Observe(state);
+  SINEW_RETURN_IF_ERROR(Observe(state));
   return GiveGaussian(latent_->Encode(observation_), mean, std);
 }
 
@@ -121,7 +122,7 @@ absl::Status Runtime::Prior(const Pose& state, absl::Span<double> mean,
                             absl::Span<double> std) {
   SINEW_RETURN_IF_ERROR(CheckGaussian(mean, std));
   SINEW_RETURN_IF_ERROR(CheckSelf(state));
-  ObserveSelf(state);
+  SINEW_RETURN_IF_ERROR(ObserveSelf(state));
   return GiveGaussian(latent_->Prior(self_observation_), mean, std);
 }
 
@@ -133,8 +134,7 @@ absl::Status Runtime::ObserveBlindly(absl::string_view what,
   SINEW_RETURN_IF_ERROR(ReadLatent(what, values));
   SINEW_RETURN_IF_ERROR(CheckTarget(target));
   SINEW_RETURN_IF_ERROR(CheckSelf(state));
-  ObserveSelf(state);
-  return absl::OkStatus();
+  return ObserveSelf(state);
 }
 
 absl::Status Runtime::Decode(const Pose& state, absl::Span<const double> latent,

@@ -132,6 +132,17 @@ TEST(Runtime, AlignsAClipToWhereTheBodyStands) {
   for (size_t i = 0; i < at_home.size(); ++i) {
     EXPECT_NEAR(rig.runtime->observation()[i], at_home[i], 2e-5) << i;
   }
+
+  // And where the next episode begins.
+  moved.Move(Eigen::Quaterniond(std::cos(0.5), 0, 0, std::sin(0.5)),
+             Eigen::Vector3d(-20, 7, 0));
+  ASSERT_THAT(rig.runtime->Seek(0), IsOk());
+  ASSERT_THAT(rig.runtime->Reset(moved.pose(), nullptr), IsOk());
+  ASSERT_THAT(rig.runtime->Step(moved.pose(), body.target()), IsOk());
+
+  for (size_t i = 0; i < at_home.size(); ++i) {
+    EXPECT_NEAR(rig.runtime->observation()[i], at_home[i], 5e-5) << i;
+  }
 }
 
 TEST(Runtime, EstimatesWhatAnImuCannotGive) {
@@ -186,7 +197,13 @@ TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
   EXPECT_THAT(rig.runtime->Step(state, absl::MakeSpan(rig.target)),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("state.joint_velocity[2]: expected a finite "
-                                 "number, found nan")));
+                                 "float32, found nan")));
+  const double huge[4] = {0, 1e200, 0, 0};
+  state.joint_velocity = huge;
+  EXPECT_THAT(rig.runtime->Step(state, absl::MakeSpan(rig.target)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("state.joint_velocity[1]: expected a finite "
+                                 "float32, found 1e+200")));
   state.joint_velocity = nullptr;
   EXPECT_THAT(rig.runtime->Step(state, absl::MakeSpan(rig.target)),
               StatusIs(absl::StatusCode::kInvalidArgument,
@@ -199,6 +216,21 @@ TEST(Runtime, NamesNumbersThatAreMissingOrNotFinite) {
       rig.runtime->Step(state, absl::MakeSpan(rig.target)),
       StatusIs(absl::StatusCode::kInvalidArgument,
                HasSubstr("expected a unit quaternion, found norm 1.41")));
+}
+
+TEST(Runtime, RefusesNumbersThatAreTooLargeTogether) {
+  RuntimeRig rig;
+  Play("sway", 0, rig);
+  Simulation body(*rig.runtime);
+  ASSERT_THAT(body.Start(*rig.runtime), IsOk());
+  Pose state = body.pose();
+  const double far[3] = {3e38, -3e38, 1};
+  state.root_position = far;
+
+  EXPECT_THAT(rig.runtime->Step(state, absl::MakeSpan(rig.target)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("of this state and reference: expected a "
+                                 "finite float32, found")));
 }
 
 TEST(Runtime, SaysWhichCallIsMissing) {
@@ -245,7 +277,11 @@ TEST(Runtime, HoldsTheEndOfAClip) {
   ASSERT_THAT(rig.runtime->Step(body.pose(), body.target()), IsOk());
 
   EXPECT_TRUE(rig.runtime->is_over());
+  const double end = rig.runtime->clip_seconds();
   EXPECT_THAT(rig.runtime->Step(body.pose(), body.target()), IsOk());
+  EXPECT_EQ(rig.runtime->clip_seconds(), end);
+  EXPECT_THAT(rig.runtime->Seek(1000), IsOk());
+  EXPECT_EQ(rig.runtime->clip_seconds(), end);
 }
 
 TEST(Runtime, RefusesABundleThatIsNone) {

@@ -156,6 +156,11 @@ const char* sinew_clip_name(const sinew_runtime* runtime, int clip) {
 int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                int align) {
   if (clip == nullptr) return Null(runtime, "clip");
+  if (align != SINEW_ALIGN_NONE && align != SINEW_ALIGN_TO_BODY) {
+    return runtime->Result(absl::InvalidArgumentError(
+        "align: expected one of SINEW_ALIGN_..., found " +
+        std::to_string(align)));
+  }
   return runtime->Result(runtime->runtime->Play(clip, seconds,
                                                 align == SINEW_ALIGN_TO_BODY
                                                     ? Runtime::Align::kToBody

@@ -29,6 +29,12 @@
  * unless it fails. Errors: a function that returns int returns 0, or -1 with
  * the reason in sinew_error(), which names the field, what was expected and
  * what was found; the handle is then as it was before the call.
+ *
+ * MuJoCo's warning handler is one of the process: the first sinew_open sets one
+ * that keeps what loading a character raises and hands all else to the handler
+ * that was there before, if any (MuJoCo's own, which writes to the terminal and
+ * to MUJOCO_LOG.TXT, is not called any more). Set yours before it, or after it
+ * and for good; not while it runs.
  */
 #ifndef SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
 #define SINEW_DEPLOY_RUNTIME_SINEW_RUNTIME_H_
@@ -93,10 +99,10 @@ int sinew_clip_count(const sinew_runtime* runtime);
 const char* sinew_clip_name(const sinew_runtime* runtime, int clip);
 enum {
   SINEW_ALIGN_NONE = 0,   /* the clip's own place in the world */
-  SINEW_ALIGN_TO_BODY = 1 /* sinew_reset moves it to where the body stands and
-                             turns it to where it heads */
+  SINEW_ALIGN_TO_BODY = 1 /* each sinew_reset moves it to where the body stands
+                             and turns it to where it heads */
 };
-/* From `seconds` (>= 0) into a clip. Then sinew_reset. */
+/* From `seconds` (>= 0) into a clip, at its end at most. Then sinew_reset. */
 int sinew_play(sinew_runtime* runtime, const char* clip, double seconds,
                int align);
 /* Frames of the library's clips (but for those that are left out of training)

@@ -122,6 +122,15 @@ TEST(CInterface, PlaysFromTheNearestFrame) {
   EXPECT_THAT(sinew_error(handle.policy), HasSubstr("state"));
 }
 
+TEST(CInterface, RefusesAnAlignmentThatThereIsNot) {
+  LatentHandle handle;
+
+  EXPECT_EQ(sinew_play(handle.policy, "turn", 0, 7), -1);
+
+  EXPECT_THAT(sinew_error(handle.policy),
+              HasSubstr("align: expected one of SINEW_ALIGN_..., found 7"));
+}
+
 TEST(CInterface, EncodesAndDecodesWhatItSteps) {
   LatentHandle handle;
   std::vector<double> stepped(4);

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/random/philox.h"
@@ -76,6 +77,11 @@ TEST(ShareAboveFloors, FillsAllClipsWhereTheirCapsSumToOne) {
   }
 }
 
+double Room(const ClipLimits& limits) {
+  return limits.cap - limits.floor_share;
+}
+
+// Proportional to the weights up to the caps.
 TEST(ShareAboveFloors, HoldsItsLawForAnyWeights) {
   for (uint64_t trial = 0; trial < 300; ++trial) {
     const RandomKey key{.seed = 11, .environment = trial};
@@ -94,12 +100,23 @@ TEST(ShareAboveFloors, HoldsItsLawForAnyWeights) {
     const std::vector<double> extras = ShareAboveFloors(limits, weights);
 
     double sum = 0;
+    std::optional<double> per_weight;  // of all that no cap stops
     for (size_t c = 0; c < count; ++c) {
       sum += limits[c].floor_share + extras[c];
       EXPECT_GE(extras[c], 0);
       EXPECT_LE(limits[c].floor_share + extras[c], limits[c].cap + 1e-12);
+      if (weights[c] > 0 && extras[c] < Room(limits[c]) - 1e-12) {
+        const double own = extras[c] / weights[c];
+        EXPECT_NEAR(own, per_weight.value_or(own), 1e-9 * own) << trial;
+        per_weight = own;
+      }
     }
     EXPECT_NEAR(sum, 1, 1e-12) << "trial " << trial;
+    if (!per_weight) continue;
+    for (size_t c = 0; c < count; ++c) {
+      if (extras[c] < Room(limits[c]) - 1e-12) continue;
+      EXPECT_LE(Room(limits[c]), *per_weight * weights[c] + 1e-12) << trial;
+    }
   }
 }
 

@@ -38,8 +38,8 @@ struct MinibatchFigures {
 //     per shard on the ranks: noise of the latents, gradient of the loss
 //     a loss or a norm that is not finite: skip it and count
 //     sum the shards' gradients in order, clip their norm, one step
-//     each sequence's priority becomes its part of the action loss; the least
-//     one where that is not finite
+//     each sequence's priority becomes the mean action loss of its valid rows;
+//     the least one where that is not finite
 //
 // A sequence that is drawn twice in a minibatch counts twice. Noise and
 // selection are functions of (seed, rows sampled so far), so every number is

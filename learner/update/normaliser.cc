@@ -54,13 +54,6 @@ void MergeMoments(const Moments& from, Moments& into) {
   into.count = count;
 }
 
-void LimitCount(double max_count, Moments& moments) {
-  if (max_count <= 0 || moments.count <= max_count) return;
-  const double factor = max_count / moments.count;
-  for (double& squares : moments.squares) squares *= factor;
-  moments.count = max_count;
-}
-
 void WriteNormaliser(const Moments& moments, absl::Span<float> mean,
                      absl::Span<float> inverse_std) {
   const size_t width = moments.mean.size();

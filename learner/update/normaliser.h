@@ -32,10 +32,6 @@ void ComputeMoments(absl::Span<const float> rows,
 // Not commutative in the last bit: merge in a fixed order.
 void MergeMoments(const Moments& from, Moments& into);
 
-// Forgets down to `max_count` rows (mean and variance stay): later rows then
-// weigh at least 1 / max_count. 0: no limit.
-void LimitCount(double max_count, Moments& moments);
-
 // What a NORMALISE node reads: mean, and 1 / sqrt(variance + 1e-8), float32
 // [width]. A column whose spread is below 1e-4 of its unit is thus never blown
 // up by more than 1e4. Without rows: 0 and 1.

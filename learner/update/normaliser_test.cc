@@ -94,19 +94,6 @@ TEST(Normaliser, MergingNothingChangesNothing) {
   ExpectMoments(moments, rows);
 }
 
-TEST(Normaliser, ALimitedCountKeepsMeanAndVariance) {
-  Moments moments = MomentsOf(MakeRows(1000, 5));
-  const Moments before = moments;
-
-  LimitCount(/*max_count=*/10, moments);
-
-  EXPECT_EQ(moments.count, 10);
-  EXPECT_EQ(moments.mean, before.mean);
-  for (int64_t c = 0; c < kWidth; ++c) {
-    EXPECT_NEAR(moments.squares[c] / 10 / (before.squares[c] / 1000), 1, 1e-12);
-  }
-}
-
 TEST(Normaliser, WritesWhatMakesRowsStandard) {
   const std::vector<float> rows = MakeRows(5000, 6);
   std::vector<float> mean(kWidth), inverse_std(kWidth);

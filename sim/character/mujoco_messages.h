@@ -10,7 +10,8 @@ namespace sinew::character {
 // MuJoCo's own handler writes each warning to the terminal and to a file
 // MUJOCO_LOG.TXT in the current folder. The first collector of the process
 // replaces it for good: from then on warnings on threads without a collector
-// are dropped. Nothing is lost, since mjData counts the warnings of a
+// go to the handler that the program had set by then, or are dropped where it
+// had set none. Nothing is lost, since mjData counts the warnings of a
 // simulation by kind, and no simulation writes to disk.
 //
 // Thread-safety: one thread per object; objects of one thread nest. Blocking:

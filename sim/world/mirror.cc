@@ -27,6 +27,15 @@ constexpr double kFrameTolerance = 4e-7;
 using Partner = character::MirrorPartner;
 using Partners = character::MirrorPartners;
 
+// Radians; an end that there is not is the same one.
+bool SameEnd(double a, double b) { return a == b || std::abs(a - b) < 1e-6; }
+
+// Targets are limited to it.
+bool SameRange(const JointInfo& a, const JointInfo& b, float sign) {
+  return SameEnd(a.lower, sign > 0 ? b.lower : -b.upper) &&
+         SameEnd(a.upper, sign > 0 ? b.upper : -b.lower);
+}
+
 bool SameDrive(const JointInfo& a, const JointInfo& b, float sign) {
   return a.stiffness == b.stiffness && a.damping == b.damping &&
          a.torque_limit == b.torque_limit && a.action_scale == b.action_scale &&
@@ -39,13 +48,15 @@ absl::Status CheckDrives(const TrackingTask& task, const RowMirror& mirror) {
   for (size_t i = 0; i < mirror.source.size(); ++i) {
     const JointInfo& joint = character.joints()[i];
     const JointInfo& partner = character.joints()[mirror.source[i]];
-    if (SameDrive(joint, partner, mirror.sign[i]) &&
+    if (SameRange(joint, partner, mirror.sign[i]) &&
+        SameDrive(joint, partner, mirror.sign[i]) &&
         task.actuation().SameDrive(static_cast<int>(i), mirror.source[i])) {
       continue;
     }
     return absl::FailedPreconditionError(absl::StrCat(
         "character ", character.name(), ": mirror_joints: expected ",
-        joint.name, " and ", partner.name, " to have equal gains, limits, ",
+        joint.name, " and ", partner.name,
+        " to have equal ranges, gains, limits, ",
         "default positions, action scales and drives, found others"));
   }
   return absl::OkStatus();

@@ -18,8 +18,8 @@ namespace sinew::world {
 // Bodies that the character names no partner for are their own.
 //
 // FAILED_PRECONDITION: a joint without partner (it may be its own), or one that
-// differs from it in gains, torque limit, default position, action scale or
-// drive (actuation.h), so that the mirrored body would be another one; or,
+// differs from it in range, gains, torque limit, default position, action scale
+// or drive (actuation.h), so that the mirrored body would be another one; or,
 // where the observation has a block REFERENCE_BODIES or SELF_BODIES, two bodies
 // whose frames at rest are not each other's mirror image; the message names it.
 absl::StatusOr<SegmentMirror> MakeMirror(const TrackingTask& task);

@@ -175,8 +175,9 @@ TEST_F(HumanoidMirrorTest, NeedsEqualDrivesLeftAndRight) {
 }
 
 // The mirror of the toy with equal legs, the frame of one turned by `pitch`
-// about its hinge, where the policy sees this block.
-absl::Status MirrorTable(double pitch, v1::Observation::Block block) {
+// about its hinge, where the policy sees this block; `hinge`: more of that one.
+absl::Status MirrorTable(double pitch, v1::Observation::Block block,
+                         const std::string& hinge = "") {
   const testing::ToyWorld toy = testing::MakeToyWorld();
   const std::string text_file = JoinPath(toy.folder, "character.textproto");
   const std::string model_file = JoinPath(toy.folder, "toy.xml");
@@ -197,9 +198,11 @@ absl::Status MirrorTable(double pitch, v1::Observation::Block block) {
   EXPECT_EQ(
       absl::StrReplaceAll(
           {{"<body name=\"leg_fl\"",
-            absl::StrCat("<body name=\"leg_fl\" euler=\"0 ", pitch, " 0\"")}},
+            absl::StrCat("<body name=\"leg_fl\" euler=\"0 ", pitch, " 0\"")},
+           {"<joint name=\"hip_fl\"",
+            absl::StrCat("<joint name=\"hip_fl\" ", hinge)}},
           &model),
-      1);
+      2);
   EXPECT_THAT(WriteFileAtomically(text_file, text), IsOk());
   EXPECT_THAT(WriteFileAtomically(model_file, model), IsOk());
   v1::Recipe recipe = testing::ToyRecipe();
@@ -237,6 +240,13 @@ TEST(Mirror, NeedsFramesThatMirrorEachOtherWhereABlockShowsThem) {
   EXPECT_THAT(
       MirrorTable(/*pitch=*/0.5, v1::Observation::BLOCK_SELF_JOINT_SPACE),
       IsOk());
+}
+
+TEST(Mirror, NeedsEqualRangesLeftAndRight) {
+  EXPECT_THAT(MirrorTable(/*pitch=*/0, v1::Observation::BLOCK_SELF_JOINT_SPACE,
+                          "range=\"-0.5 1\""),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("hip_fl and hip_fr to have equal ranges")));
 }
 
 TEST(Mirror, NeedsAPartnerForEveryJoint) {

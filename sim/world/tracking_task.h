@@ -164,7 +164,8 @@ class TrackingTask {
   // would be farther than `max_distance` (m) off it, on the mean or at a
   // terminating body; the data may have moved then, and nothing but Begin may
   // follow. Leaves work->body and work->reference. `frames` are of this task's
-  // library and character; of the episode, only the number is set.
+  // library and character; of the episode, number and clock (step and
+  // frozen_steps, which are equal) may be set.
   bool CarryOn(const NearestFrames& frames, double max_distance, mjData* data,
                Episode* episode, Workspace* work) const;
 

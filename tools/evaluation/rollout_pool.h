@@ -17,12 +17,12 @@
 
 namespace sinew::evaluation {
 
-// Called after each survived step with data whose bodies and geoms are placed:
-// index of the start in the span that was given to RunStarts, and the frame
-// reached, counted from the start (>= 1), and the latent of the step that led
-// to it, empty for a policy without one. Calls for starts of one group come one
-// after another, in an order that does not depend on threads; groups run at the
-// same time.
+// Called after each step, that in which a start fails among them (unless it
+// diverged), with data whose bodies and geoms are placed: index of the start in
+// the span that was given to RunStarts, and the frame reached, counted from the
+// start (>= 1), and the latent of the step that led to it, empty for a policy
+// without one. Calls for starts of one group come one after another, in an
+// order that does not depend on threads; groups run at the same time.
 using FrameObserver =
     std::function<void(size_t start, int frame, const mjData& data,
                        absl::Span<const float> latent)>;

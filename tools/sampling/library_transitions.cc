@@ -49,7 +49,7 @@ std::vector<v1::EvaluationStart> Pieces(const motion::Library& library,
   return starts;
 }
 
-// Of the frames that one start survived, one after another.
+// Of the frames that one start reached, one after another.
 struct Tracked {
   std::vector<double> qpos, qvel;
   std::vector<float> latent;  // of the steps that led to them

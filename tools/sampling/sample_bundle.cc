@@ -69,6 +69,10 @@ absl::Status CheckOptions(const SamplingOptions& options) {
     return Refuse("transitions", ">= 1",
                   static_cast<double>(options.transitions));
   }
+  if (!options.out.empty() && options.out == options.page) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--page: expected another file than --out, found ", options.page));
+  }
   if (options.student && options.motions.empty()) {
     return absl::InvalidArgumentError(
         "--student: expected --motions, the clips to be tracked");

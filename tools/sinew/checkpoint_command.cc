@@ -131,7 +131,7 @@ absl::Status CheckNotPromotions(const std::string& name) {
       "\"", name,
       "\": expected another name: this one is sinew promote's, which compares "
       "the bundle with the stable one (whatever the figures: with "
-      "--success-tolerance 1 --error-tolerance 1e9) and keeps the way back "
+      "--success-tolerance 1 --error-tolerance 1e6) and keeps the way back "
       "(--rollback)"));
 }
 

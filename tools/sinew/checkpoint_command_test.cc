@@ -98,7 +98,7 @@ TEST_F(CheckpointCommand, LeavesTheNamesOfPromotionToIt) {
     const auto is_refused = StatusIs(
         absl::StatusCode::kInvalidArgument,
         AllOf(HasSubstr(absl::StrCat("\"", name, "\": expected")),
-              HasSubstr("sinew promote"), HasSubstr("--error-tolerance 1e9"),
+              HasSubstr("sinew promote"), HasSubstr("--error-tolerance 1e6"),
               HasSubstr("--rollback")));
     EXPECT_THAT(Run(absl::StrCat("alias ", name, " bundle-1", store)),
                 is_refused);

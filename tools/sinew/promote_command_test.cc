@@ -136,7 +136,7 @@ TEST_F(PromoteCommand, JudgesBothByTheCandidatesDistance) {
 TEST_F(PromoteCommand, ToleratesWhatItIsTold) {
   ASSERT_THAT(Promote("good"), IsOk());
 
-  EXPECT_THAT(Promote("bad", "--success-tolerance 1 --error-tolerance 1000"),
+  EXPECT_THAT(Promote("bad", "--success-tolerance 1 --error-tolerance 1e6"),
               IsOk());
 
   EXPECT_EQ(Alias("stable"), "bad");
@@ -185,7 +185,7 @@ TEST_F(PromoteCommand, TakesBundlesWithALatent) {
   EXPECT_EQ(Alias("stable"), "latent");
 
   // What others decode latents by does not go away.
-  EXPECT_THAT(Promote("good", "--success-tolerance 1 --error-tolerance 1000"),
+  EXPECT_THAT(Promote("good", "--success-tolerance 1 --error-tolerance 1e6"),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        AllOf(HasSubstr(Path("good") +
                                        ": cannot follow incumbent latent"),

@@ -13,7 +13,9 @@
 #include "common/status_macros.h"
 #include "common/temporary_folder.h"
 #include "deploy/bundle/bundle.h"
+#include "deploy/bundle/latent_graphs.h"
 #include "tools/parity/bundle_parity.h"
+#include "tools/parity/latent_parts.h"
 #include "tools/parity/onnx_runtime.h"
 
 namespace sinew::tools {
@@ -87,7 +89,13 @@ absl::Status RunVerify(const VerifyOptions& options,
   SINEW_ASSIGN_OR_RETURN(const std::vector<ParityRow> rows,
                          CompareBackEnds(bundle, parity));
   PrintParity(rows);
-  return CheckParity(rows);
+  SINEW_RETURN_IF_ERROR(CheckParity(rows));
+  if (!bundle::HasLatent(bundle)) return absl::OkStatus();
+  SINEW_ASSIGN_OR_RETURN(const LatentParts parts,
+                         CompareLatentParts(bundle, parity.rows, parity.seed));
+  absl::PrintF("policy and sample from encoder, prior, decoder: %.2e, %.2e\n",
+               parts.policy, parts.sample);
+  return CheckLatentParts(parts);
 }
 
 }  // namespace

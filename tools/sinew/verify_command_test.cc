@@ -78,6 +78,7 @@ TEST(Verify, ComparesEveryGraphOfALatentBundle) {
     EXPECT_THAT(output,
                 ContainsRegex(absl::StrCat(row, " +[0-9.e-]+ +[0-9.e-]+\n")));
   }
+  EXPECT_THAT(output, HasSubstr("from encoder, prior, decoder: "));
 }
 
 TEST(Verify, LeavesOnnxOutIfToldTo) {

@@ -15,7 +15,12 @@ namespace sinew::tools {
 //   ABSOLUTE   scale * clip >= the way from the default position to either end
 //              of the range that the teacher's law has, margin included; joints
 //              without a range are passed over
-//   others     scale * clip >= that of the teacher's law
+//   around the current pose, where the teacher's targets are not: scale * clip
+//              >= the way from one end of the joint's range to the other one of
+//              the teacher's; joints without a range are passed over
+//   with the placement and feed-forward of the teacher: scale * clip >= that of
+//              the teacher's law
+//   around the next reference otherwise: refused
 //
 // `recipe` has its defaults filled; one without distillation passes.
 // INVALID_ARGUMENT names the field, the joint, expected and found. Pure.

@@ -46,6 +46,7 @@ v1::Recipe Students(v1::Action::Placement placement, double clip) {
 }
 
 constexpr auto kAbsolute = v1::Action::PLACEMENT_ABSOLUTE;
+constexpr auto kAroundNext = v1::Action::PLACEMENT_AROUND_NEXT_REFERENCE;
 constexpr auto kAroundCurrent = v1::Action::PLACEMENT_AROUND_CURRENT;
 
 TEST(StudentReach, OfAnAbsoluteLawIsTheFartherEndOfEveryJoint) {
@@ -69,14 +70,33 @@ TEST(StudentReach, OfAnAbsoluteLawPassesOverJointsWithoutARange) {
               IsOk());
 }
 
-TEST(StudentReach, AroundTheCurrentPoseIsThatOfTheTeacher) {
-  const std::vector<character::JointInfo> joints = {Joint("hip", -1, 1, 0)};
+TEST(StudentReach, AroundTheCurrentPoseIsTheWholeRange) {
+  const std::vector<character::JointInfo> joints = {Joint("hip", -2, 2, 0)};
 
-  EXPECT_THAT(CheckReach(Students(kAroundCurrent, 16), joints), IsOk());
-  EXPECT_THAT(CheckReach(Students(kAroundCurrent, 15), joints),
+  EXPECT_THAT(CheckReach(Students(kAroundCurrent, 21.3), joints), IsOk());
+  EXPECT_THAT(CheckReach(Students(kAroundCurrent, 20), joints),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("joint hip"), HasSubstr(">= 4.25 rad"),
+                             HasSubstr("found 4 rad"))));
+}
+
+TEST(StudentReach, OfTheTeachersLawIsThatOfTheTeacher) {
+  const std::vector<character::JointInfo> joints = {Joint("hip", -2, 2, 0)};
+  v1::Recipe recipe = Students(kAroundNext, 16);
+
+  EXPECT_THAT(CheckReach(recipe, joints), IsOk());
+  EXPECT_THAT(CheckReach(Students(kAroundNext, 15), joints),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        AllOf(HasSubstr("joint hip"), HasSubstr(">= 3.2 rad"),
                              HasSubstr("found 3 rad"))));
+
+  // The reference's torque, which nothing here bounds, is in one base alone.
+  recipe.mutable_distillation()
+      ->mutable_teacher_action()
+      ->set_torque_feedforward(true);
+  EXPECT_THAT(CheckReach(recipe, joints),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("task.action: expected the teacher's")));
 }
 
 TEST(StudentReach, GoesByTheScaleThatAJointHasOfItsOwn) {
