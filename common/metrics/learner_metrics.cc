@@ -41,7 +41,7 @@ LearnerMetrics::LearnerMetrics(Registry& registry)
           {0, 1, 2, 3, 4, 6, 8, 12, 16, 32})),
       publish_to_apply_seconds(registry.AddHistogram(
           "sinew_publish_to_apply_seconds",
-          "From publishing a version to an actor's acting with it.",
+          "From an actor's first hearing of a version to its acting with it.",
           SecondsBuckets())),
       actors_connected(registry.AddGauge("sinew_actors_connected",
                                          "Actors with a live stream.")),

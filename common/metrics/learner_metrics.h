@@ -22,7 +22,8 @@ struct LearnerMetrics {
   Gauge& applied_policy_version;
   // Versions between a segment's snapshot and the one it is learned into.
   Histogram& policy_lag;
-  // From publishing a version to an actor's first rollout with it.
+  // From an actor's first hearing of a version to its acting with it: fetching
+  // and preparing it, and what the actor had to finish before.
   Histogram& publish_to_apply_seconds;
   Gauge& actors_connected;
   Counter& actors_refused;

@@ -5,14 +5,35 @@
 
 #include "common/check.h"
 #include "common/metrics/process_metrics.h"
+#include "common/mutex.h"
 #include "prometheus/check_names.h"
 #include "prometheus/family.h"
 #include "prometheus/text_serializer.h"
 
 namespace sinew::metrics {
 
+// Collects nothing: it comes first, and brings the others up to date.
+class Registry::Updates : public prometheus::Collectable {
+ public:
+  void Add(std::function<void()> update) {
+    MutexLock lock(mu_);
+    updates_.push_back(std::move(update));
+  }
+
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    MutexLock lock(mu_);
+    for (const auto& update : updates_) update();
+    return {};
+  }
+
+ private:
+  mutable Mutex mu_;
+  std::vector<std::function<void()>> updates_ SINEW_GUARDED_BY(mu_);
+};
+
 Registry::Registry(const Info& info)
-    : registry_(std::make_shared<prometheus::Registry>()),
+    : updates_(std::make_shared<Updates>()),
+      registry_(std::make_shared<prometheus::Registry>()),
       process_(std::make_shared<ProcessMetrics>()) {
   AddGauge("sinew_build_info", "Always 1; the labels say what is running.",
            {{"role", info.role}, {"build", info.build}})
@@ -51,6 +72,10 @@ Histogram& Registry::AddHistogram(const std::string& name,
       .Add(labels, upper_bounds);
 }
 
+void Registry::BeforeScrape(std::function<void()> update) {
+  updates_->Add(std::move(update));
+}
+
 std::string Registry::Text() const {
   std::vector<prometheus::MetricFamily> families;
   for (const auto& collectable : collectables()) {
@@ -62,7 +87,7 @@ std::string Registry::Text() const {
 
 std::vector<std::shared_ptr<prometheus::Collectable>> Registry::collectables()
     const {
-  return {registry_, process_};
+  return {updates_, registry_, process_};
 }
 
 const std::vector<double>& SecondsBuckets() {

@@ -1,6 +1,7 @@
 #ifndef SINEW_COMMON_METRICS_REGISTRY_H_
 #define SINEW_COMMON_METRICS_REGISTRY_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -54,13 +55,21 @@ class Registry {
                           const std::vector<double>& upper_bounds,
                           const Labels& labels = {});
 
+  // `update` moves series that say how things stand rather than what happened;
+  // it is called at the beginning of each scrape, on the scrape's thread, one
+  // scrape at a time, and must not block. What it uses outlives the endpoint.
+  void BeforeScrape(std::function<void()> update);
+
   // Everything in Prometheus' text format, as a scrape sees it.
   std::string Text() const;
 
-  // What an endpoint collects from (see MetricsServer).
+  // What an endpoint collects from (see MetricsServer), in this order.
   std::vector<std::shared_ptr<prometheus::Collectable>> collectables() const;
 
  private:
+  class Updates;
+
+  const std::shared_ptr<Updates> updates_;
   const std::shared_ptr<prometheus::Registry> registry_;
   const std::shared_ptr<prometheus::Collectable> process_;
 };

@@ -37,6 +37,17 @@ TEST(Registry, ShowsWhatMoved) {
   EXPECT_THAT(text, HasSubstr("sinew_lag_seconds_bucket{le=\"2\"} 1"));
 }
 
+TEST(Registry, IsBroughtUpToDateBeforeItIsRead) {
+  Registry registry({.role = "actor", .build = ""});
+  Gauge& gauge = registry.AddGauge("sinew_things", "Things there are.");
+  int things = 3;
+  registry.BeforeScrape([&] { gauge.Set(things); });
+
+  EXPECT_THAT(registry.Text(), HasSubstr("sinew_things 3\n"));
+  things = 4;
+  EXPECT_THAT(registry.Text(), HasSubstr("sinew_things 4\n"));
+}
+
 TEST(Registry, KnowsItsProcess) {
   Registry registry({.role = "actor", .build = ""});
 

@@ -4,7 +4,9 @@
 
 #include "absl/time/time.h"
 #include "actor/service/run_actor.h"
+#include "common/status_macros.h"
 #include "tools/sinew/finite_range.h"
+#include "tools/sinew/role_logger.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -18,6 +20,7 @@ struct ActorOptions {
 
 absl::Status RunActorCommand(const ActorOptions& options,
                              const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(LogAs("actor"));
   actor::RunActorOptions run = options.run;
   run.drain_timeout = absl::Seconds(options.drain_seconds);
   run.reconnect_timeout = absl::Seconds(options.reconnect_seconds);

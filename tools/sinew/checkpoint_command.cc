@@ -22,6 +22,7 @@
 #include "deploy/checkpoint/open_store.h"
 #include "deploy/checkpoint/service/checkpoint_server.h"
 #include "deploy/checkpoint/stable_bundle.h"
+#include "tools/sinew/role_logger.h"
 #include "tools/sinew/security_flags.h"
 
 namespace sinew::tools {
@@ -52,6 +53,7 @@ struct StoreOptions {
 };
 
 absl::Status Serve(const ServeOptions& options, const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(LogAs("checkpoint"));
   const SystemClock clock;
   SINEW_ASSIGN_OR_RETURN(
       const auto server,

@@ -8,6 +8,7 @@
 #include "common/status_macros.h"
 #include "teacher/service/teacher_server.h"
 #include "tools/sinew/finite_range.h"
+#include "tools/sinew/role_logger.h"
 #include "tools/sinew/security_flags.h"
 #include "tools/teacher/read_teacher.h"
 
@@ -23,6 +24,7 @@ struct TeacherOptions {
 
 absl::Status RunTeacherCommand(const TeacherOptions& options,
                                const StopToken& stop) {
+  SINEW_RETURN_IF_ERROR(LogAs("teacher"));
   SINEW_ASSIGN_OR_RETURN(const teacher::TeacherPolicy policy,
                          teacher::ReadTeacher(options.bundle));
   teacher::TeacherServer::Options server = options.server;

@@ -3,10 +3,8 @@
 namespace sinew::tools {
 
 void RunMetrics::Update(const learner::IterationReport& report,
-                        const RunFigures& figures,
-                        const learner::Dispatcher::Statistics& actors) {
+                        const RunFigures& figures) {
   recorder_.RecordIteration(report);
-  recorder_.RecordActors(actors);
   recorder_.RecordSaveSeconds(figures.save_seconds);
 }
 

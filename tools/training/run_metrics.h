@@ -2,14 +2,14 @@
 #define SINEW_TOOLS_TRAINING_RUN_METRICS_H_
 
 #include "common/metrics/learner_metrics.h"
-#include "learner/dispatcher/dispatcher.h"
 #include "learner/service/learner_metrics_recorder.h"
 #include "learner/trainer/trainer.h"
 #include "tools/training/metrics_log.h"
 
 namespace sinew::tools {
 
-// Moves the learner's series after each iteration.
+// Moves the learner's series after each iteration; those of its actors move by
+// themselves (run_services.h).
 //
 // Thread-safety: one caller. Ownership: borrows the series. Blocking: never.
 // Errors: none.
@@ -17,8 +17,8 @@ class RunMetrics {
  public:
   explicit RunMetrics(metrics::LearnerMetrics& metrics) : recorder_(metrics) {}
 
-  void Update(const learner::IterationReport& report, const RunFigures& figures,
-              const learner::Dispatcher::Statistics& actors);
+  void Update(const learner::IterationReport& report,
+              const RunFigures& figures);
 
  private:
   learner::LearnerMetricsRecorder recorder_;

@@ -39,9 +39,10 @@ RunServices::RunServices()
     : registry_({.role = "learner", .build = BuildIdentity()}),
       metrics_(registry_),
       save_metrics_(registry_),
-      replay_metrics_(registry_) {}
+      actor_recorder_(metrics_) {}
 
 RunServices::~RunServices() {
+  metrics_server_ = nullptr;  // scrapes ask the server
   // Handlers that wait for room end before the server does.
   if (table_ != nullptr) table_->Close();
   server_ = nullptr;
@@ -49,9 +50,10 @@ RunServices::~RunServices() {
 
 absl::Status RunServices::UseReplay(const Options& options) {
   if (options.replay_address.empty()) {
+    replay_metrics_.emplace(registry_);
     table_ = std::make_unique<replay::Table>(
         replay::Table::Options{.limit_bytes = options.replay_bytes},
-        replay_metrics_);
+        *replay_metrics_);
     replay_service_ = std::make_unique<replay::ReplayService>(*table_);
     replay_ = std::make_unique<replay::LocalReplay>(*table_);
     return absl::OkStatus();
@@ -77,6 +79,9 @@ absl::Status RunServices::StartServer(const Options& options) {
   }
   SINEW_ASSIGN_OR_RETURN(server_, learner::LearnerServer::Start(server));
   LogInfo("the learner listens", {{"address", server_->address()}});
+  registry_.BeforeScrape([this] {
+    actor_recorder_.RecordActors(server_->dispatcher().statistics());
+  });
   if (options.metrics_address.empty()) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(
       metrics_server_,

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -12,6 +13,7 @@
 #include "common/metrics/metrics_server.h"
 #include "common/metrics/registry.h"
 #include "common/rpc/credentials.h"
+#include "learner/service/learner_metrics_recorder.h"
 #include "learner/service/learner_server.h"
 #include "learner/state/save_metrics.h"
 #include "replay/client/replay.h"
@@ -25,7 +27,9 @@ class ReplayService;
 namespace sinew::tools {
 
 // The servers of a run: the learner's, with replay in this process or a
-// connection to one elsewhere, and the metrics endpoint.
+// connection to one elsewhere, and the metrics endpoint. Series of actors and
+// orders are as they stand when they are scraped, in an iteration or between;
+// series of replay are there where it is.
 //
 // Thread-safety: any thread. Ownership: owns all; borrows the assets. Blocking:
 // Drain up to its timeout; the destructor briefly. Errors: Start: an address
@@ -52,6 +56,8 @@ class RunServices {
       const Options& options);
   ~RunServices();
 
+  // What the endpoint shows, for tests.
+  std::string MetricsText() const { return registry_.Text(); }
   learner::LearnerServer& server() { return *server_; }
   replay::Replay& replay() { return *replay_; }
   metrics::LearnerMetrics& metrics() { return metrics_; }
@@ -70,7 +76,8 @@ class RunServices {
   metrics::Registry registry_;
   metrics::LearnerMetrics metrics_;
   learner::SaveMetrics save_metrics_;
-  replay::ReplayMetrics replay_metrics_;
+  learner::LearnerMetricsRecorder actor_recorder_;  // at each scrape
+  std::optional<replay::ReplayMetrics> replay_metrics_;
   // In this process only.
   std::unique_ptr<replay::Table> table_;
   std::unique_ptr<replay::ReplayService> replay_service_;

@@ -142,8 +142,7 @@ void TrainingRun::Account(const learner::IterationReport& report) {
 void TrainingRun::Tell(const learner::IterationReport& report) {
   const absl::Status written = metrics_log_->Write(report, figures_);
   if (!written.ok()) LogError(written.message());
-  run_metrics_->Update(report, figures_,
-                       services_->server().dispatcher().statistics());
+  run_metrics_->Update(report, figures_);
   figures_.save_seconds = 0;
 }
 
