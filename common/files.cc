@@ -104,6 +104,10 @@ absl::StatusOr<struct stat> StatOf(int fd, const std::string& path) {
   struct stat info;
   if (fstat(fd, &info) != 0) return Error(errno, "read", path);
   if (S_ISDIR(info.st_mode)) return Error(EISDIR, "read", path);
+  if (!S_ISREG(info.st_mode)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot read ", path, ": not a regular file"));
+  }
   return info;
 }
 
@@ -116,7 +120,8 @@ absl::Status TooLarge(const std::string& path, int64_t max_bytes) {
 
 absl::StatusOr<std::string> ReadFile(const std::string& path,
                                      int64_t max_bytes) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe without a writer would keep a plain open for ever.
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return Error(errno, "read", path);
   const absl::Cleanup close_fd = [fd] { close(fd); };
   SINEW_ASSIGN_OR_RETURN(const struct stat info, StatOf(fd, path));

@@ -80,6 +80,15 @@ TEST(ReadFile, RefusesAFolder) {
                        HasSubstr("Is a directory")));
 }
 
+TEST(ReadFile, RefusesAPipeThatNobodyWritesTo) {
+  const std::string path = JoinPath(MakeFolder(), "pipe");
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+
+  EXPECT_THAT(ReadFile(path),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       "cannot read " + path + ": not a regular file"));
+}
+
 TEST(ReadFile, RefusesMoreThanTheBound) {
   const std::string path = JoinPath(MakeFolder(), "f");
   ASSERT_THAT(WriteFileAtomically(path, "12345"), IsOk());

@@ -22,7 +22,8 @@ absl::Status Error(int error, const std::string& path) {
 
 absl::StatusOr<std::unique_ptr<const MappedFile>> MappedFile::Open(
     const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe without a writer would keep a plain open for ever.
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return Error(errno, path);
   // The mapping stays when the descriptor goes.
   const absl::Cleanup close_fd = [fd] { close(fd); };

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <string>
 #include <vector>
@@ -73,6 +74,11 @@ TEST(MappedFile, NamesThePathThatCannotBeMapped) {
   EXPECT_THAT(MappedFile::Open(Path("nowhere")),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("nowhere")));
   EXPECT_THAT(MappedFile::Open(::testing::TempDir()),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("not a regular file")));
+  // Nobody writes to it.
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  EXPECT_THAT(MappedFile::Open(Path("pipe")),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        HasSubstr("not a regular file")));
 }

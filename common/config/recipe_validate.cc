@@ -25,6 +25,7 @@ constexpr int kFormatVersion = 1;
 constexpr int kMaxEvaluationDelay = 2;
 // Longer than any clip.
 constexpr double kMaxStartSeconds = 1e6;
+constexpr double kMaxEvaluationSeconds = 86400;
 
 bool IsName(absl::string_view name) {
   return std::all_of(name.begin(), name.end(), [](char c) {
@@ -243,6 +244,8 @@ void CheckEvaluation(const v1::Recipe& recipe, FieldChecker& check) {
   check.AtLeast(evaluation.interval(), 0, "evaluation.interval");
   check.Within(evaluation.starts(), 1, 100000, "evaluation.starts");
   check.Positive(evaluation.seconds(), "evaluation.seconds");
+  check.Within(evaluation.seconds(), 0, kMaxEvaluationSeconds,
+               "evaluation.seconds");
   check.Require(evaluation.delay() >= lag + 1, "evaluation.delay",
                 absl::StrCat(">= ", lag + 1,
                              " (rollouts.max_policy_lag + 1), "

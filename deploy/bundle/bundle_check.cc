@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "common/config/message_differences.h"
 #include "common/config/recipe.h"
 #include "common/digest.h"
 #include "common/files.h"
@@ -22,7 +23,7 @@
 namespace sinew::bundle {
 namespace {
 
-using google::protobuf::MessageLite;
+using google::protobuf::Message;
 
 // Compares manifest fields and keeps the first difference.
 class ManifestChecker {
@@ -37,12 +38,15 @@ class ManifestChecker {
         absl::StrCat(file_, ": ", field, ": expected ", Show(expected),
                      ", found ", Show(found)));
   }
-  void SameAsInTask(absl::string_view field, const MessageLite& expected,
-                    const MessageLite& found) {
-    if (SerializeDeterministically(expected) !=
-        SerializeDeterministically(found)) {
-      Equal<std::string>(field, "what task says", "something else");
+  void SameAsInTask(absl::string_view field, const Message& expected,
+                    const Message& found) {
+    if (!status_.ok() || SerializeDeterministically(expected) ==
+                             SerializeDeterministically(found)) {
+      return;
     }
+    status_ = absl::InvalidArgumentError(
+        absl::StrCat(file_, ": ", field, ": expected what task says, found ",
+                     MessageDifferences(expected, found)));
   }
   const absl::Status& status() const { return status_; }
 

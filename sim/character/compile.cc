@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "common/status_macros.h"
 #include "sim/character/mujoco_messages.h"
 #include "sim/character/scenery.h"
@@ -57,6 +58,62 @@ absl::Status Validate(const v1::Physics& physics) {
   return absl::OkStatus();
 }
 
+// Calls `check` with every element of a kind, until it returns an error.
+template <typename Check>
+absl::Status ForEach(mjSpec* spec, mjtObj type, const Check& check) {
+  for (mjsElement* element = mjs_firstElement(spec, type); element != nullptr;
+       element = mjs_nextElement(spec, element)) {
+    SINEW_RETURN_IF_ERROR(check(element));
+  }
+  return absl::OkStatus();
+}
+
+// MuJoCo takes NaN for a number that was left out, and goes on.
+absl::Status CheckFinite(const std::string& path, absl::string_view kind,
+                         mjsElement* element, absl::string_view attribute,
+                         absl::Span<const double> values) {
+  for (const double value : values) {
+    if (std::isfinite(value)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": ", kind, " \"", mjs_getString(mjs_getName(element)),
+        "\": ", attribute, ": expected finite numbers, found ", value));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckJoint(const std::string& path, mjsElement* element) {
+  const mjsJoint* joint = mjs_asJoint(element);
+  const auto check = [&](absl::string_view attribute,
+                         absl::Span<const double> values) {
+    return CheckFinite(path, "joint", element, attribute, values);
+  };
+  SINEW_RETURN_IF_ERROR(check("pos", joint->pos));
+  SINEW_RETURN_IF_ERROR(check("axis", joint->axis));
+  SINEW_RETURN_IF_ERROR(check("range", joint->range));
+  const double lower = joint->range[0], upper = joint->range[1];
+  if (lower < upper || (lower == 0 && upper == 0)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": joint \"", mjs_getString(mjs_getName(element)),
+                   "\": range: expected a lower end and a higher one, found ",
+                   lower, " ", upper));
+}
+
+absl::Status CheckNumbers(const std::string& path, mjSpec* spec) {
+  SINEW_RETURN_IF_ERROR(ForEach(spec, mjOBJ_BODY, [&](mjsElement* element) {
+    const mjsBody* body = mjs_asBody(element);
+    SINEW_RETURN_IF_ERROR(CheckFinite(path, "body", element, "pos", body->pos));
+    return CheckFinite(path, "body", element, "quat", body->quat);
+  }));
+  SINEW_RETURN_IF_ERROR(ForEach(spec, mjOBJ_GEOM, [&](mjsElement* element) {
+    const mjsGeom* geom = mjs_asGeom(element);
+    SINEW_RETURN_IF_ERROR(CheckFinite(path, "geom", element, "pos", geom->pos));
+    return CheckFinite(path, "geom", element, "quat", geom->quat);
+  }));
+  return ForEach(spec, mjOBJ_JOINT, [&](mjsElement* element) {
+    return CheckJoint(path, element);
+  });
+}
+
 absl::StatusOr<SpecPtr> Parse(const std::string& path) {
   char error[1000] = "";
   const WarningCollector warnings;
@@ -65,6 +122,7 @@ absl::StatusOr<SpecPtr> Parse(const std::string& path) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": expected an MJCF model, found: ", error));
   }
+  SINEW_RETURN_IF_ERROR(CheckNumbers(path, spec.get()));
   return spec;
 }
 

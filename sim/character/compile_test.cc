@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "common/files.h"
 #include "common/testing/matchers.h"
 #include "sim/character/model_ptr.h"
@@ -209,6 +210,34 @@ TEST(CompileModel, RefusesContactlessGeomsThatDoNotFit) {
                  HasSubstr(absl::StrCat(
                      "contactless_geoms: expected a colliding geom of ", path,
                      ", found \"", names.back(), "\", which ", why))));
+  }
+}
+
+TEST(CompileModel, NamesNumbersThatMeanNothing) {
+  const struct {
+    const char *before, *after, *error;
+  } kCases[] = {
+      {"name=\"toe\" axis=\"0 1 0\"", "name=\"toe\" range=\"nan nan\"",
+       "joint \"toe\": range: expected finite numbers, found nan"},
+      {"name=\"toe\" axis=\"0 1 0\"", "name=\"toe\" range=\"2 -2\"",
+       "joint \"toe\": range: expected a lower end and a higher one, found 2 "
+       "-2"},
+      {"name=\"toe\" axis=\"0 1 0\"", "name=\"toe\" axis=\"0 nan 0\"",
+       "joint \"toe\": axis: expected finite numbers"},
+      {"name=\"leg\" pos=\"0 0 -0.3\"", "name=\"leg\" pos=\"nan 0 0\"",
+       "body \"leg\": pos: expected finite numbers, found nan"},
+      {"name=\"shin\" size", "name=\"shin\" pos=\"0 inf 0\" size",
+       "geom \"shin\": pos: expected finite numbers, found inf"}};
+  for (const auto& [before, after, error] : kCases) {
+    const std::string path = JoinPath(::testing::TempDir(), "numbers.xml");
+    ASSERT_THAT(WriteFileAtomically(
+                    path, absl::StrReplaceAll(kModel, {{before, after}})),
+                IsOk());
+
+    EXPECT_THAT(
+        CompileModel(path, MakeCharacter(), v1::Physics(), Purpose::kPhysics),
+        StatusIs(absl::StatusCode::kInvalidArgument,
+                 HasSubstr(absl::StrCat(path, ": ", error))));
   }
 }
 

@@ -297,6 +297,19 @@ absl::Status WriteImportFile(const std::string& directory,
   return WriteFileAtomically(JoinPath(directory, kImportFile), Dump(json));
 }
 
+absl::Status NothingImported(absl::Span<const ClipReport> reports) {
+  std::string message = absl::StrCat(
+      "expected at least one clip that can be imported, found none in ",
+      reports.size(), " files");
+  constexpr size_t kShown = 3;
+  for (size_t i = 0; i < std::min(kShown, reports.size()); ++i) {
+    absl::StrAppend(&message, i == 0 ? ": " : "; ", reports[i].file, ": ",
+                    reports[i].status.message());
+  }
+  if (reports.size() > kShown) absl::StrAppend(&message, "; ...");
+  return absl::InvalidArgumentError(message);
+}
+
 // Library, reports and cache of a finished round.
 absl::Status WriteAll(const character::Character& character,
                       const ImportContext& context,
@@ -307,28 +320,31 @@ absl::Status WriteAll(const character::Character& character,
       !context.options.report_only && UpToDate(directory, outcome);
   if (context.options.changed != nullptr) *context.options.changed = !same;
   if (same) return absl::OkStatus();
+  const bool any =
+      std::any_of(reports.begin(), reports.end(),
+                  [](const ClipReport& report) { return report.status.ok(); });
+  const bool has_library = FileExists(JoinPath(directory, kManifestFile));
+  if (has_library && context.options.report_only) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        directory,
+        ": expected a folder without a library for a report alone, "
+        "found one"));
+  }
+  // A library that is there keeps its own report.
+  if (has_library && !any) return NothingImported(reports);
   // No longer what the folder holds, until all is written.
   SINEW_RETURN_IF_ERROR(RemoveRecursively(JoinPath(directory, kImportFile)));
   SINEW_RETURN_IF_ERROR(WriteFileAtomically(
       JoinPath(directory, kReportFile),
       Dump(ReportJson(reports, character.name(), context.options.rate))));
-  bool any = false;
-  std::set<std::string> keys;
-  for (const ClipReport& report : reports) {
-    any = any || report.status.ok();
-    keys.insert(report.cache_key);
-  }
-  if (!any) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("expected at least one clip that can be imported, found "
-                     "none in ",
-                     reports.size(), " files"));
-  }
+  if (!any) return NothingImported(reports);
   if (context.options.report_only) return absl::OkStatus();
   SINEW_RETURN_IF_ERROR(WriteLibrary(character, context.model,
                                      context.options.rate, reports,
                                      context.cache, directory));
   SINEW_RETURN_IF_ERROR(WriteImportFile(directory, outcome));
+  std::set<std::string> keys;
+  for (const ClipReport& report : reports) keys.insert(report.cache_key);
   return context.cache.KeepOnly(keys);
 }
 

@@ -67,7 +67,8 @@ TEST_F(ImporterTest, WritesNothingWhereNoFileIsGood) {
   EXPECT_THAT(ImportFiles(*character_, {WriteTestFile("bad.txt", "{}")},
                           options_, TestPath("none"), &reports_),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("expected at least one clip")));
+                       AllOf(HasSubstr("expected at least one clip"),
+                             HasSubstr("in 1 files: "), HasSubstr("bad.txt"))));
   EXPECT_FALSE(FileSize(JoinPath(TestPath("none"), "manifest.json")).ok());
 }
 
@@ -87,6 +88,26 @@ TEST_F(ImporterTest, LeavesALibraryOfANewerVersionAsItIs) {
                          "found 2 (written by a newer version)")));
 
   EXPECT_EQ(Bytes("newer", "manifest.json"), newer);
+}
+
+TEST_F(ImporterTest, LeavesALibraryAsItIsWhereNoFileIsGood) {
+  const std::string file = WriteTestFile("good.txt", testing::MarchJson());
+  Import({file}, "kept");
+  const std::string report = Bytes("kept", "report.json");
+  const std::string import = Bytes("kept", "import.json");
+
+  EXPECT_THAT(ImportFiles(*character_, {WriteTestFile("bad.txt", "{}")},
+                          options_, TestPath("kept"), &reports_),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected at least one clip")));
+  options_.report_only = true;
+  EXPECT_THAT(
+      ImportFiles(*character_, {file}, options_, TestPath("kept"), &reports_),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               HasSubstr("kept: expected a folder without a library")));
+
+  EXPECT_EQ(Bytes("kept", "report.json"), report);
+  EXPECT_EQ(Bytes("kept", "import.json"), import);
 }
 
 TEST_F(ImporterTest, RefusesARateOutOfRange) {

@@ -20,6 +20,8 @@ namespace {
 
 // Float32 rounding leaves 1e-7; more than this was never a rotation.
 constexpr float kNormTolerance = 1e-4F;
+// Metres, radians, newton metres and their rates: beyond is no motion.
+constexpr float kLargest = 1e6F;
 
 absl::Status Error(absl::string_view source, absl::string_view field,
                    absl::string_view expected, absl::string_view found) {
@@ -128,17 +130,17 @@ absl::Status CheckValues(const FrameColumn& column,
                          absl::Span<const float> values,
                          absl::string_view source) {
   const int64_t width = RowWidth(column, manifest);
-  const float bound = column.kind == ColumnKind::kContact ? 1.F : INFINITY;
-  const float low = column.kind == ColumnKind::kContact ? 0.F : -INFINITY;
+  const float bound = column.kind == ColumnKind::kContact ? 1.F : kLargest;
+  const float low = column.kind == ColumnKind::kContact ? 0.F : -kLargest;
   for (size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i]) && values[i] <= bound && values[i] >= low) {
       continue;
     }
-    return Error(source,
-                 Where(manifest, static_cast<int64_t>(i) / width, column.name),
-                 column.kind == ColumnKind::kContact ? "a number from 0 to 1"
-                                                     : "a finite number",
-                 absl::StrCat(values[i]));
+    return Error(
+        source, Where(manifest, static_cast<int64_t>(i) / width, column.name),
+        column.kind == ColumnKind::kContact ? "a number from 0 to 1"
+                                            : "a finite number of at most 1e6",
+        absl::StrCat(values[i]));
   }
   if (column.kind != ColumnKind::kRotation) return absl::OkStatus();
   return CheckUnit(column, manifest, values, source);

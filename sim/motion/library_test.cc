@@ -145,7 +145,8 @@ TEST(Library, NamesClipFrameAndTensorOfABadValue) {
   EXPECT_THAT(save(sample),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("clip \"once\" frame 3 joint_position: "
-                                 "expected a finite number, found nan")));
+                                 "expected a finite number of at most 1e6, "
+                                 "found nan")));
   sample = MakeSample();
   sample.frames["body_rotation"].mutable_float32()[4] = 2;
   EXPECT_THAT(save(sample),

@@ -33,8 +33,9 @@ absl::StatusOr<EvaluationFigures> EvaluateBundle(
   SINEW_ASSIGN_OR_RETURN(Evaluation evaluation,
                          Evaluate(loaded.subject, options, stop));
   evaluation.fallen = fallen;
-  const auto rejected =
-      RejectedClips(motions, loaded.subject.library().manifest().clips_size());
+  SINEW_ASSIGN_OR_RETURN(
+      const auto rejected,
+      RejectedClips(motions, loaded.subject.library().manifest().clips_size()));
   const EvaluationSource source = {
       .bundle = bundle,
       .manifest_sha256 = loaded.manifest.manifest_sha256(),

@@ -2,7 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/str_cat.h"
 #include "common/files.h"
+#include "common/status_macros.h"
 
 namespace sinew::evaluation {
 
@@ -16,18 +18,28 @@ std::string TextOf(const Json& object, const char* field) {
   return value.is_string() ? value.get<std::string>() : "";
 }
 
+absl::Status Damaged(const std::string& path) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(path,
+                   ": expected the report of an import, an object with a "
+                   "list of clips, found something else; import again"));
+}
+
 }  // namespace
 
-std::optional<std::vector<RejectedClip>> RejectedClips(
+absl::StatusOr<std::optional<std::vector<RejectedClip>>> RejectedClips(
     const std::string& library, int clips) {
-  const auto text = ReadFile(JoinPath(library, "report.json"));
-  if (!text.ok()) return std::nullopt;
+  const std::string path = JoinPath(library, "report.json");
+  const auto text = ReadFile(path);
+  if (absl::IsNotFound(text.status())) return std::nullopt;
+  SINEW_RETURN_IF_ERROR(text.status());
   const Json report = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
-  if (!report.is_object() || !report.contains("clips")) return std::nullopt;
+  const Json list = report.is_object() ? report.value("clips", Json()) : Json();
+  if (!list.is_array()) return Damaged(path);
   int kept = 0;
   std::vector<RejectedClip> rejected;
-  for (const Json& clip : report["clips"]) {
-    if (!clip.is_object()) return std::nullopt;
+  for (const Json& clip : list) {
+    if (!clip.is_object()) return Damaged(path);
     const Json status = clip.value("status", Json());
     if (status != "rejected") {
       ++kept;

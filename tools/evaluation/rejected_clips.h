@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
+
 namespace sinew::evaluation {
 
 struct RejectedClip {
@@ -21,8 +23,8 @@ struct RejectedClip {
 // many clips as `clips` must have been kept.
 //
 // Thread-safety: any thread. Ownership: none. Blocking: on the disk. Errors:
-// none.
-std::optional<std::vector<RejectedClip>> RejectedClips(
+// INVALID_ARGUMENT for a report that is none, with its path.
+absl::StatusOr<std::optional<std::vector<RejectedClip>>> RejectedClips(
     const std::string& library, int clips);
 
 }  // namespace sinew::evaluation

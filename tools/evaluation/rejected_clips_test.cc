@@ -1,18 +1,23 @@
 #include "tools/evaluation/rejected_clips.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/testing/matchers.h"
 #include "common/testing/test_files.h"
 
 namespace sinew::evaluation {
 namespace {
 
+using ::sinew::testing::IsOkAndHolds;
+using ::sinew::testing::StatusIs;
 using ::sinew::testing::TestPath;
 using ::sinew::testing::WriteTestFile;
+using ::testing::HasSubstr;
 
 TEST(RejectedClips, AreThoseThatWereMeasuredAndTurnedAway) {
   WriteTestFile("library/report.json", R"({"clips": [
@@ -22,17 +27,27 @@ TEST(RejectedClips, AreThoseThatWereMeasuredAndTurnedAway) {
     {"name": "readme", "status": "rejected"}]})");
 
   const std::vector<RejectedClip> expected = {{"fly", "no floor"}};
-  EXPECT_EQ(RejectedClips(TestPath("library"), 2), expected);
+  EXPECT_THAT(RejectedClips(TestPath("library"), 2), IsOkAndHolds(expected));
 }
 
 TEST(RejectedClips, AreUnknownWithoutAReportOfThisLibrary) {
-  EXPECT_EQ(RejectedClips(TestPath("nowhere"), 2), std::nullopt);
-  for (const std::string text :
-       {"", "[]", "{}", R"({"clips": [3]})",
-        R"({"clips": [{"name": "walk", "status": "ok", "frames": 30}]})"}) {
-    WriteTestFile("library/report.json", text);
+  EXPECT_THAT(RejectedClips(TestPath("nowhere"), 2),
+              IsOkAndHolds(std::nullopt));
+  WriteTestFile(
+      "library/report.json",
+      R"({"clips": [{"name": "walk", "status": "ok", "frames": 30}]})");
+  EXPECT_THAT(RejectedClips(TestPath("library"), 2),
+              IsOkAndHolds(std::nullopt));
+}
 
-    EXPECT_EQ(RejectedClips(TestPath("library"), 2), std::nullopt) << text;
+TEST(RejectedClips, NamesAReportThatIsNone) {
+  for (const std::string text :
+       {"", "[]", "{}", R"({"clips": 5})", R"({"clips": [3]})"}) {
+    const std::string path = WriteTestFile("library/report.json", text);
+
+    EXPECT_THAT(RejectedClips(TestPath("library"), 2),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(path)))
+        << text;
   }
 }
 

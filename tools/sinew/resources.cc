@@ -8,6 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "common/config/recipe.h"
 #include "common/files.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "common/workspace_files.h"
 
@@ -57,11 +58,15 @@ absl::StatusOr<v1::Recipe> LoadRecipe(
   SINEW_ASSIGN_OR_RETURN(const std::string text,
                          ReadFile(path, /*max_bytes=*/1 << 20));
   SINEW_ASSIGN_OR_RETURN(v1::Recipe recipe, ParseRecipe(text, path));
+  if (recipe.format_version() == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": format_version: expected 1, found none"));
+  }
   for (const std::string& assignment : assignments) {
     SINEW_RETURN_IF_ERROR(SetRecipeField(recipe, assignment));
   }
   recipe = WithDefaults(std::move(recipe));
-  SINEW_RETURN_IF_ERROR(ValidateRecipe(recipe));
+  SINEW_RETURN_IF_ERROR(WithContext(ValidateRecipe(recipe), path));
   return recipe;
 }
 

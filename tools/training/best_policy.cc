@@ -25,7 +25,8 @@ absl::Status BestPolicy::Load(const std::string& assets_before) {
     SINEW_RETURN_IF_ERROR(store_.PutBest(*best_));
   }
   const std::string& found_for = best_->evaluated.assets_sha256();
-  if (!found_for.empty() && found_for != assets_sha256_) best_.reset();
+  is_of_others_ = !found_for.empty() && found_for != assets_sha256_;
+  if (is_of_others_) best_.reset();
   return absl::OkStatus();
 }
 

@@ -41,11 +41,14 @@ class BestPolicy {
   absl::Status Observe(const learner::IterationReport& report);
 
   const std::optional<RunStore::Policy>& best() const { return best_; }
+  // Whether the store's best policy is of other assets.
+  bool is_of_others() const { return is_of_others_; }
 
  private:
   RunStore& store_;
   const std::string assets_sha256_;
   std::optional<RunStore::Policy> best_;
+  bool is_of_others_ = false;
   std::deque<RunStore::Policy> recent_;  // newest last
 };
 

@@ -256,9 +256,18 @@ absl::Status TrainingRun::Export() const {
   SINEW_RETURN_IF_ERROR(
       bundle::ExportRun(folder_->path(), last, folder_->bundle()));
   if (!best_->best()) {
-    LogInfo("nothing was evaluated: no bundle_best");
-    // Nor what was the best on another library.
-    return RemoveRecursively(folder_->best_bundle());
+    // What was the best on another library is none here.
+    if (best_->is_of_others()) {
+      SINEW_RETURN_IF_ERROR(RemoveRecursively(folder_->best_bundle()));
+    }
+    if (FileExists(folder_->best_bundle())) {
+      LogWarning(
+          "the best policy is missing where states are: bundle_best "
+          "stays as it was");
+    } else {
+      LogInfo("nothing was evaluated: no bundle_best");
+    }
+    return absl::OkStatus();
   }
   const v1::EvaluatedPolicy& evaluated = best_->best()->evaluated;
   bundle::RunResult best;

@@ -149,6 +149,8 @@ class TrainingRun {
   absl::Status OpenFolder();
   absl::Status OpenStore(const TaskSetup& setup);
   absl::Status LoadState();
+  // `store`: where states would be.
+  absl::Status CheckNothingIsLost(const std::string& store) const;
   absl::Status LoadCompactState();
   absl::Status StartLogging();
   absl::Status StartServices(const TaskSetup& setup);

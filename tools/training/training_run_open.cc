@@ -145,6 +145,7 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   SINEW_ASSIGN_OR_RETURN(store_,
                          RunStore::Open(where, options_.security, clock_));
   SINEW_RETURN_IF_ERROR(LoadState());
+  SINEW_RETURN_IF_ERROR(CheckNothingIsLost(where));
   // A compact state may go on with another recipe.
   const bool has_own_state = state_.has_value() && !moved_assets_;
   SINEW_RETURN_IF_ERROR(folder_->WriteConfig(
@@ -178,6 +179,21 @@ absl::Status TrainingRun::LoadState() {
   if (absl::IsNotFound(state.status())) return LoadCompactState();
   SINEW_RETURN_IF_ERROR(state.status());
   state_ = *std::move(state);
+  return absl::OkStatus();
+}
+
+// A run's bundles are written when its state was saved: where they are and no
+// state is, it was lost or lies elsewhere, and a new run would replace them.
+absl::Status TrainingRun::CheckNothingIsLost(const std::string& store) const {
+  if (state_) return absl::OkStatus();
+  for (const std::string& bundle :
+       {folder_->bundle(), folder_->best_bundle()}) {
+    if (!FileExists(bundle)) continue;
+    return absl::FailedPreconditionError(
+        absl::StrCat(folder_->path(), ": expected the training state that ",
+                     bundle, " is of, found none in ", store,
+                     ": give where it is (--checkpoint), or another --run"));
+  }
   return absl::OkStatus();
 }
 
