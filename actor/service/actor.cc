@@ -125,10 +125,16 @@ absl::Status Actor::Serve(const StopToken& stop) {
 }
 
 absl::Status Actor::GaveUp(const absl::Status& last) const {
+  // A handshake that fails looks like a peer that is away.
+  const char* hint =
+      options_.security.has_tls()
+          ? "a learner closes streams with a certificate that its authority "
+            "has not signed"
+          : "a learner with TLS closes streams without it";
   return absl::UnavailableError(
       absl::StrCat("no learner at ", options_.dispatcher_address, " for ",
                    absl::FormatDuration(options_.reconnect_timeout),
-                   "; last error: ", last.message()));
+                   "; last error: ", last.message(), " (", hint, ")"));
 }
 
 absl::Status Actor::Connect(absl::Duration timeout, const StopToken& stop) {

@@ -57,7 +57,7 @@ TEST_F(RunServicesTest, ShowsActorsAsTheyAreNow) {
   actor->set_threads(1);
   actor->set_name("one");
 
-  ASSERT_TRUE(stream->Write(message));
+  ASSERT_TRUE(stream->Write(message)) << stream->Finish().error_message();
   v1::DispatcherMessage welcome;
   ASSERT_TRUE(stream->Read(&welcome));
 
