@@ -67,9 +67,10 @@ absl::Status CheckClean(const v1::MotionLibrary& library) {
   return absl::OkStatus();
 }
 
-std::optional<std::map<std::string, std::string>> CleanedAway(
+absl::StatusOr<std::optional<std::map<std::string, std::string>>> CleanedAway(
     const std::string& motions, int clips) {
-  const auto rejected = evaluation::RejectedClips(motions, clips);
+  SINEW_ASSIGN_OR_RETURN(const auto rejected,
+                         evaluation::RejectedClips(motions, clips));
   if (!rejected) return std::nullopt;
   std::map<std::string, std::string> cleaned;
   for (const evaluation::RejectedClip& clip : *rejected) {

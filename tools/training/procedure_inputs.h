@@ -38,8 +38,9 @@ absl::Status CheckClean(const v1::MotionLibrary& library);
 
 // What the import of the library in the folder `motions`, of `clips` clips, has
 // turned away, and why; unset where it has no report. Logs a warning above a
-// tenth of all clips. Blocks on the disk.
-std::optional<std::map<std::string, std::string>> CleanedAway(
+// tenth of all clips. Blocks on the disk. INVALID_ARGUMENT: a report that is
+// none.
+absl::StatusOr<std::optional<std::map<std::string, std::string>>> CleanedAway(
     const std::string& motions, int clips);
 
 // FAILED_PRECONDITION naming the run's folder and what differs between the

@@ -365,8 +365,9 @@ absl::StatusOr<ProcedureInputs> ReadInputs(
   SINEW_ASSIGN_OR_RETURN(const std::string init, InitDigest(options));
   ProcedureInputs inputs = MakeProcedureInputs(options.recipe, setup, init);
   inputs.clean = CheckClean(setup.library->manifest());
-  inputs.record.cleaned_away =
-      CleanedAway(options.motions, inputs.record.library_clips);
+  SINEW_ASSIGN_OR_RETURN(
+      inputs.record.cleaned_away,
+      CleanedAway(options.motions, inputs.record.library_clips));
   return inputs;
 }
 
