@@ -20,7 +20,7 @@ namespace sinew::import {
 
 // Bumped with every change of readers, maps, retargeting or figures that
 // changes results: entries of other versions are not taken from the cache.
-inline constexpr int kImporterVersion = 7;
+inline constexpr int kImporterVersion = 8;
 
 // How far an import is.
 struct ImportProgress {

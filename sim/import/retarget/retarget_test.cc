@@ -189,6 +189,30 @@ TEST_P(RetargetTest, AnglesBeyondALimitAreCutAndCounted) {
   EXPECT_EQ(played->motion.qpos[5][joint.qpos_address], joint.upper);
 }
 
+TEST_P(RetargetTest, ARobotsJumpsAndWholeTurnsAreTold) {
+  const auto calm = FitRobotClip(model_, Crouch(0), options_);
+  ASSERT_THAT(calm, IsOk());
+  RobotClip clip = Crouch(0);
+  clip.poses[40].root_position.z() += 2;
+  clip.poses[70].joints[3] += 1.5;
+  for (RobotPose& pose : clip.poses) pose.joints[4] += 20;
+
+  const auto played = FitRobotClip(model_, clip, options_);
+
+  ASSERT_THAT(played, IsOk());
+  EXPECT_THAT(
+      played->warnings,
+      Contains(AllOf(HasSubstr("the root jumps by 2 m from frame 39 to"),
+                     HasSubstr("in 0.0167 s"))));
+  EXPECT_THAT(played->warnings,
+              Contains(HasSubstr(clip.joints[3] + " jumps by 1.")));
+  EXPECT_THAT(played->warnings,
+              Contains(AllOf(HasSubstr(clip.joints[4] + " is at"),
+                             HasSubstr("in frame 0, far beyond its range"))));
+  // Each once, and nothing of a clip that has none.
+  EXPECT_EQ(played->warnings.size(), calm->warnings.size() + 3);
+}
+
 TEST_P(RetargetTest, AJointWithoutLimitsTurnsOn) {
   RobotClip clip = Crouch(0);
   const int joint = 3;

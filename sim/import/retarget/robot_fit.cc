@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "common/status_macros.h"
 #include "sim/import/retarget/dynamics.h"
 #include "sim/import/retarget/ground.h"
@@ -73,6 +76,62 @@ void WarnColumns(const Columns& columns, std::vector<std::string>* warnings) {
     warnings->push_back(absl::StrCat("the character has no joint ",
                                      absl::StrJoin(columns.unused, ", "),
                                      "; the column is lost"));
+  }
+}
+
+// Faster than any robot: a jump of the recording. What is measured of a clip
+// does not show it, since a clip is smoothed and put on the floor before.
+constexpr double kMostRootSpeed = 15;   // m/s
+constexpr double kMostJointSpeed = 60;  // rad/s
+
+void WarnJumps(const RobotClip& clip, std::vector<std::string>* warnings) {
+  const auto jumps = [&](absl::string_view what, size_t frame, double by,
+                         absl::string_view unit) {
+    warnings->push_back(absl::StrFormat(
+        "%s jumps by %.3g %s from frame %d to the next, in %.3g s: the "
+        "recording is damaged there, or its units are others",
+        what, by, unit, frame - 1,
+        clip.poses[frame].time - clip.poses[frame - 1].time));
+  };
+  bool root = false;
+  std::vector<bool> told(clip.joints.size(), false);
+  for (size_t t = 1; t < clip.poses.size(); ++t) {
+    const RobotPose& before = clip.poses[t - 1];
+    const RobotPose& now = clip.poses[t];
+    const double seconds = now.time - before.time;
+    const double moved = (now.root_position - before.root_position).norm();
+    if (!root && moved > kMostRootSpeed * seconds) {
+      jumps("the root", t, moved, "m");
+      root = true;
+    }
+    for (size_t j = 0; j < told.size(); ++j) {
+      const double turned = motion::Unwrap(now.joints[j] - before.joints[j], 0);
+      if (told[j] || std::abs(turned) <= kMostJointSpeed * seconds) continue;
+      jumps(clip.joints[j], t, turned, "rad");
+      told[j] = true;
+    }
+  }
+}
+
+// Of an angle that is beyond its joint's range by more than half a turn only
+// what is left of whole turns is used.
+void WarnTurns(const ImportModel& model, const Columns& columns,
+               const RobotClip& clip, std::vector<std::string>* warnings) {
+  for (size_t j = 0; j < model.joints.size(); ++j) {
+    const int column = columns.of_joint[j];
+    if (column < 0) continue;
+    const ImportJoint& joint = model.joints[j];
+    for (size_t t = 0; t < clip.poses.size(); ++t) {
+      const double angle = clip.poses[t].joints[column];
+      const double beyond = std::max(joint.lower - angle, angle - joint.upper);
+      if (!(beyond > std::numbers::pi)) continue;
+      warnings->push_back(absl::StrFormat(
+          "%s is at %.3g rad in frame %d, far beyond its range of %.3g to "
+          "%.3g: "
+          "whole turns are left out",
+          clip.joints[column], angle, t, joint.lower, joint.upper));
+      break;
+    }
   }
 }
 
@@ -162,6 +221,8 @@ absl::StatusOr<Retargeted> FitRobotClip(const ImportModel& model,
   Retargeted result;
   result.warnings = clip.warnings;
   WarnColumns(columns, &result.warnings);
+  WarnJumps(clip, &result.warnings);
+  WarnTurns(model, columns, clip, &result.warnings);
   result.retiming = track.retiming;
   ModelMotion& motion = result.motion;
   motion.rate = track.rate;
