@@ -12,8 +12,12 @@
 namespace sinew {
 
 BlobClient::BlobClient(std::shared_ptr<grpc::Channel> channel, Options options)
-    : stub_(v1::Blobs::NewStub(std::move(channel))),
-      options_(std::move(options)) {}
+    : options_(std::move(options)),
+      stub_(v1::Blobs::NewStub(channel)),
+      calls_(std::move(channel), {.peer = options_.peer,
+                                  .connect_timeout = options_.connect_timeout,
+                                  .backoff = options_.backoff,
+                                  .stop = options_.stop}) {}
 
 absl::Status BlobClient::Receive(const std::string& sha256,
                                  rpc::ChunkAssembler& payload) {
@@ -50,12 +54,7 @@ absl::StatusOr<Blob> BlobClient::GetBlob(const std::string& sha256) {
   const std::string name = absl::StrCat(options_.peer, ": blob ", sha256);
   rpc::ChunkAssembler payload(options_.max_bytes);
   SINEW_RETURN_IF_ERROR(WithContext(
-      rpc::Retry(
-          rpc::Backoff(options_.backoff, rpc::FreshSeed()), options_.attempts,
-          [&](absl::Duration wait) {
-            return rpc::WaitFor(wait, options_.stop);
-          },
-          [&] { return Receive(sha256, payload); }),
+      calls_.Run(options_.attempts, [&] { return Receive(sha256, payload); }),
       name));
   auto bytes = std::make_shared<const std::string>(payload.Release());
   const std::string found = Sha256Hex(*bytes);

@@ -11,6 +11,7 @@
 #include "absl/time/time.h"
 #include "common/blobs/blob_source.h"
 #include "common/rpc/chunks.h"
+#include "common/rpc/peer_calls.h"
 #include "common/rpc/retry.h"
 #include "grpcpp/channel.h"
 #include "proto/sinew/v1/blob.grpc.pb.h"
@@ -22,15 +23,18 @@ namespace sinew {
 //
 // Thread-safety: any thread. Ownership: shares the channel. Blocking: until
 // the bytes are here; each attempt at most `attempt_timeout`, with back-off in
-// between, at most `attempts` in all. Errors: name peer and digest; as
-// BlobSource, and RESOURCE_EXHAUSTED for a blob over `max_bytes` (nothing is
-// allocated), CANCELLED after `stop`, UNAVAILABLE or DEADLINE_EXCEEDED.
+// between, at most `attempts` in all. A peer that is not there has
+// `connect_timeout` to come up, also in the middle (rpc::PeerCalls). Errors:
+// name peer and digest; as BlobSource, and RESOURCE_EXHAUSTED for a blob over
+// `max_bytes` (nothing is allocated), CANCELLED after `stop`, UNAVAILABLE or
+// DEADLINE_EXCEEDED.
 class BlobClient : public BlobSource {
  public:
   struct Options {
     // Says who the peer is in errors, e.g. "checkpoint host:7002".
     std::string peer = {};
     int64_t max_bytes = int64_t{4} << 30;
+    absl::Duration connect_timeout = absl::Seconds(15);
     absl::Duration attempt_timeout = absl::Seconds(60);
     int attempts = 8;
     rpc::BackoffOptions backoff = {};
@@ -45,8 +49,9 @@ class BlobClient : public BlobSource {
   // One transfer, from where `payload` stands.
   absl::Status Receive(const std::string& sha256, rpc::ChunkAssembler& payload);
 
-  const std::unique_ptr<v1::Blobs::Stub> stub_;
   const Options options_;
+  const std::unique_ptr<v1::Blobs::Stub> stub_;
+  const rpc::PeerCalls calls_;
 };
 
 }  // namespace sinew

@@ -17,6 +17,8 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/chunks.h"
 #include "common/rpc/server.h"
+#include "common/rpc/testing/held_grpc.h"
+#include "common/rpc/testing/refused_channel.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -30,6 +32,9 @@ using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 using ::testing::Pointee;
+
+[[maybe_unused]] const auto* const held_grpc =
+    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
 // Large enough for several chunks.
 std::string LargeBytes() {
@@ -212,6 +217,31 @@ TEST(BlobClient, RefusesABlobOverItsLimitBeforeAllocating) {
   EXPECT_THAT(served.client->GetBlob(sha256),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        HasSubstr("at most 3 bytes, found 4")));
+}
+
+TEST(BlobClient, FindsAPeerThatStartsAfterIt) {
+  BlobRing ring(8);
+  BlobsService service(ring);
+  const rpc::SocketFolder folder;
+  BlobClient client(rpc::RefusedChannel(folder.Address("b")),
+                    {.peer = "learner",
+                     .attempts = 2,
+                     .backoff = {.initial = absl::Milliseconds(1)}});
+  const auto server =
+      rpc::Server::Start({.address = folder.Address("b")}, {&service});
+  ASSERT_THAT(server, IsOk());
+
+  EXPECT_THAT(client.GetBlob(ring.Put("x")),
+              IsOkAndHolds(Pointee(std::string("x"))));
+}
+
+TEST(BlobClient, NamesAPeerThatIsNotThere) {
+  BlobClient client(
+      *rpc::MakeChannel("unix:/tmp/nobody-listens-here", {}),
+      {.peer = "learner", .connect_timeout = absl::Milliseconds(1)});
+
+  EXPECT_THAT(client.GetBlob(Sha256Hex("x")),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("learner")));
 }
 
 TEST(BlobClient, GivesUpWhenStopped) {

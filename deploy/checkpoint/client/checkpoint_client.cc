@@ -16,6 +16,7 @@ BlobClient::Options BlobOptions(const CheckpointClient::Options& options) {
   BlobClient::Options blobs;
   blobs.peer = options.peer;
   blobs.max_bytes = options.max_blob_bytes;
+  blobs.connect_timeout = options.connect_timeout;
   blobs.attempt_timeout = options.transfer_timeout;
   blobs.attempts = options.attempts;
   blobs.backoff = options.backoff;
@@ -29,29 +30,25 @@ CheckpointClient::CheckpointClient(std::shared_ptr<grpc::Channel> channel,
                                    Options options)
     : options_(std::move(options)),
       stub_(v1::Checkpoints::NewStub(channel)),
+      calls_(channel, {.peer = options_.peer,
+                       .connect_timeout = options_.connect_timeout,
+                       .backoff = options_.backoff,
+                       .stop = options_.stop}),
       blobs_(channel, BlobOptions(options_)) {}
-
-bool CheckpointClient::Wait(absl::Duration duration) const {
-  return rpc::WaitFor(duration, options_.stop);
-}
 
 template <typename Request, typename Response>
 absl::StatusOr<Response> CheckpointClient::Call(
     Method<Request, Response> method, const Request& request, int attempts) {
   Response response;
-  const absl::Status status = rpc::Retry(
-      rpc::Backoff(options_.backoff, rpc::FreshSeed()), attempts,
-      [this](absl::Duration duration) { return Wait(duration); },
-      [&] {
-        grpc::ClientContext context;
-        rpc::SetTimeout(context, options_.call_timeout);
-        const std::stop_callback cancel(options_.stop,
-                                        [&context] { context.TryCancel(); });
-        response.Clear();
-        return rpc::FromGrpc(
-            (stub_.get()->*method)(&context, request, &response),
-            options_.peer);
-      });
+  const absl::Status status = calls_.Run(attempts, [&] {
+    grpc::ClientContext context;
+    rpc::SetTimeout(context, options_.call_timeout);
+    const std::stop_callback cancel(options_.stop,
+                                    [&context] { context.TryCancel(); });
+    response.Clear();
+    return rpc::FromGrpc((stub_.get()->*method)(&context, request, &response),
+                         options_.peer);
+  });
   if (!status.ok()) return status;
   return response;
 }
@@ -90,10 +87,8 @@ absl::StatusOr<std::string> CheckpointClient::PutBlob(const Blob& blob) {
                      options_.max_blob_bytes, " bytes, found ", blob->size()));
   }
   const std::string sha256 = Sha256Hex(*blob);
-  SINEW_RETURN_IF_ERROR(rpc::Retry(
-      rpc::Backoff(options_.backoff, rpc::FreshSeed()), options_.attempts,
-      [this](absl::Duration duration) { return Wait(duration); },
-      [&] { return Send(sha256, *blob); }));
+  SINEW_RETURN_IF_ERROR(
+      calls_.Run(options_.attempts, [&] { return Send(sha256, *blob); }));
   return sha256;
 }
 

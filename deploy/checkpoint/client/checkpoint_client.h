@@ -11,6 +11,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "common/blobs/blob_client.h"
+#include "common/rpc/peer_calls.h"
 #include "common/rpc/retry.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "grpcpp/channel.h"
@@ -23,6 +24,9 @@ namespace sinew::checkpoint {
 // Thread-safety: any thread. Ownership: shares the channel. Blocking: on the
 // network; each attempt has a deadline, transient failures are tried again
 // with back-off (all calls but DropBlobs are idempotent), `attempts` at most.
+// A service that is not there has `connect_timeout` to come up, also between
+// attempts (rpc::PeerCalls); so roles may be started in any order, and one that
+// is simply absent is reported after that time.
 // Errors: as ArtifactStore, after the peer's name; UNAVAILABLE,
 // DEADLINE_EXCEEDED, CANCELLED after `stop`, RESOURCE_EXHAUSTED for a blob over
 // `max_blob_bytes`, in either direction.
@@ -32,6 +36,7 @@ class CheckpointClient : public ArtifactStore {
     // Says who the peer is in errors, e.g. "checkpoint host:7002".
     std::string peer = {};
     int64_t max_blob_bytes = int64_t{1} << 30;
+    absl::Duration connect_timeout = absl::Seconds(15);
     absl::Duration call_timeout = absl::Seconds(30);
     // Of one blob, one attempt.
     absl::Duration transfer_timeout = absl::Minutes(10);
@@ -64,10 +69,10 @@ class CheckpointClient : public ArtifactStore {
 
   // One attempt to send a blob.
   absl::Status Send(const std::string& sha256, const std::string& bytes);
-  bool Wait(absl::Duration duration) const;
 
   const Options options_;
   const std::unique_ptr<v1::Checkpoints::Stub> stub_;
+  const rpc::PeerCalls calls_;
   BlobClient blobs_;
 };
 

@@ -13,6 +13,7 @@
 #include "common/rpc/chunks.h"
 #include "common/rpc/server.h"
 #include "common/rpc/testing/held_grpc.h"
+#include "common/rpc/testing/refused_channel.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "deploy/checkpoint/client/checkpoint_client.h"
@@ -37,14 +38,18 @@ using ::testing::Pointee;
 // A store behind a socket, and its client.
 class OverGrpc : public StoreFixture {
  public:
+  enum class First { kServer, kClient };
+
   explicit OverGrpc(const CheckpointService::Options& options = {},
                     const CheckpointClient::Options& client_options =
-                        {.peer = "checkpoint test"})
+                        {.peer = "checkpoint test"},
+                    First first = First::kServer)
       : service_(memory, options, clock_, metrics_),
         blobs_(service_.counted_blobs()) {
-    server_ = *rpc::Server::Start({.address = folder_.Address("s")},
-                                  {&service_, &blobs_});
-    channel = *rpc::MakeChannel(server_->address(), {});
+    const std::string address = folder_.Address("s");
+    if (first == First::kClient) channel = rpc::RefusedChannel(address);
+    server_ = *rpc::Server::Start({.address = address}, {&service_, &blobs_});
+    if (channel == nullptr) channel = *rpc::MakeChannel(address, {});
     client_ = std::make_unique<CheckpointClient>(channel, client_options);
   }
   ArtifactStore& store() override { return *client_; }
@@ -210,11 +215,22 @@ TEST(CheckpointService, ShowsCallsAndBytes) {
   EXPECT_THAT(text, HasSubstr("sinew_store_upload_bytes 0\n"));
 }
 
+TEST(CheckpointClient, FindsAServiceThatStartsAfterIt) {
+  const CheckpointClient::Options options = {
+      .peer = "checkpoint test",
+      .attempts = 2,
+      .backoff = {.initial = absl::Milliseconds(1)}};
+  OverGrpc listed({}, options, OverGrpc::First::kClient);
+  OverGrpc stored({}, options, OverGrpc::First::kClient);
+
+  EXPECT_THAT(listed.store().ListArtifacts(""), IsOk());
+  EXPECT_THAT(stored.store().PutBlob(MakeBlob("x")), IsOk());
+}
+
 TEST(CheckpointClient, NamesAPeerThatIsNotThere) {
   CheckpointClient client(*rpc::MakeChannel("unix:/tmp/nobody-listens", {}),
                           {.peer = "checkpoint unix:/tmp/nobody-listens",
-                           .attempts = 2,
-                           .backoff = {.initial = absl::Milliseconds(1)}});
+                           .connect_timeout = absl::Milliseconds(1)});
 
   EXPECT_THAT(client.ListArtifacts(""),
               StatusIs(absl::StatusCode::kUnavailable,
