@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "common/blobs/blob_reader.h"
 #include "common/mapped_file.h"
 
 namespace sinew {
@@ -46,6 +47,16 @@ class BlobSource {
     absl::StatusOr<Blob> blob = GetBlob(sha256);
     if (!blob.ok()) return blob.status();
     return SharedBytes{.blob = *std::move(blob), .file = nullptr};
+  }
+
+  // The same, to be read piece by piece: not in memory as a whole where the
+  // source keeps it elsewhere. It was verified as a whole when it was opened;
+  // who needs to be sure of what is read later looks again.
+  virtual absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+      const std::string& sha256) {
+    absl::StatusOr<Blob> blob = GetBlob(sha256);
+    if (!blob.ok()) return blob.status();
+    return std::make_unique<WholeBlobReader>(*std::move(blob));
   }
 };
 

@@ -1,11 +1,13 @@
 #ifndef SINEW_COMMON_BLOBS_BLOB_SOURCES_H_
 #define SINEW_COMMON_BLOBS_BLOB_SOURCES_H_
 
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "common/blobs/blob_reader.h"
 #include "common/blobs/blob_source.h"
 
 namespace sinew {
@@ -19,6 +21,8 @@ class BlobSources : public BlobSource {
       : sources_(std::move(sources)) {}
 
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override;
+  absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+      const std::string& sha256) override;
 
  private:
   const std::vector<BlobSource*> sources_;

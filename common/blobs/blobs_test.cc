@@ -1,24 +1,16 @@
 // The sources of blobs, alone and behind one another.
 #include <memory>
-#include <stop_token>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "common/blobs/blob_cache.h"
-#include "common/blobs/blob_client.h"
+#include "common/blobs/blob_reader.h"
 #include "common/blobs/blob_ring.h"
 #include "common/blobs/blob_source.h"
 #include "common/blobs/blob_sources.h"
-#include "common/blobs/blobs_service.h"
 #include "common/digest.h"
 #include "common/files.h"
-#include "common/rpc/channel.h"
-#include "common/rpc/chunks.h"
-#include "common/rpc/server.h"
-#include "common/rpc/testing/held_grpc.h"
-#include "common/rpc/testing/refused_channel.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
 #include "gmock/gmock.h"
@@ -32,19 +24,6 @@ using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 using ::testing::Pointee;
-
-[[maybe_unused]] const auto* const held_grpc =
-    ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
-
-// Large enough for several chunks.
-std::string LargeBytes() {
-  std::string bytes;
-  for (int i = 0; static_cast<int64_t>(bytes.size()) < 3 * rpc::kChunkBytes;
-       ++i) {
-    bytes += std::to_string(i);
-  }
-  return bytes;
-}
 
 // Gives whatever it was told to, and counts.
 class FakeSource : public BlobSource {
@@ -87,6 +66,32 @@ TEST(BlobSources, AskOneAfterTheOther) {
   EXPECT_THAT(both.GetBlob(sha256), IsOkAndHolds(Pointee(std::string("x"))));
   EXPECT_THAT(both.GetBlob(Sha256Hex("y")),
               StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(both.OpenBlob(Sha256Hex("y")),
+              StatusIs(absl::StatusCode::kNotFound));
+}
+
+// Has no blob in memory as a whole.
+class OpensOnly : public BlobSource {
+ public:
+  absl::StatusOr<Blob> GetBlob(const std::string& /*sha256*/) override {
+    return absl::ResourceExhaustedError("too large for memory");
+  }
+  absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+      const std::string& /*sha256*/) override {
+    return std::make_unique<WholeBlobReader>(
+        std::make_shared<const std::string>("x"));
+  }
+};
+
+TEST(BlobSources, OpenWhatIsTooLargeForMemory) {
+  BlobRing first(8);
+  OpensOnly second;
+  BlobSources both({&first, &second});
+
+  const auto blob = both.OpenBlob(Sha256Hex("x"));
+
+  ASSERT_THAT(blob, IsOk());
+  EXPECT_THAT((*blob)->Read(0, 10), IsOkAndHolds(std::string("x")));
 }
 
 class BlobCacheTest : public ::testing::Test {
@@ -157,141 +162,6 @@ TEST_F(BlobCacheTest, StaysWithinItsBound) {
   }
 
   EXPECT_EQ(ListDirectory(folder_.path())->size(), 2u);
-}
-
-// Serves a source on a socket and has a client for it.
-struct Served {
-  explicit Served(BlobSource& source, BlobClient::Options options = {})
-      : service(source) {
-    auto started =
-        rpc::Server::Start({.address = folder.Address("b")}, {&service});
-    EXPECT_THAT(started, IsOk());
-    server = *std::move(started);
-    options.peer = "learner";
-    client = std::make_unique<BlobClient>(
-        *rpc::MakeChannel(server->address(), {}), std::move(options));
-  }
-
-  rpc::SocketFolder folder;
-  BlobsService service;
-  std::unique_ptr<rpc::Server> server;
-  std::unique_ptr<BlobClient> client;
-};
-
-TEST(BlobClient, FetchesEmptySmallAndLargeBlobs) {
-  BlobRing ring(8);
-  Served served(ring);
-
-  for (const std::string& bytes :
-       {std::string(), std::string("x"), LargeBytes()}) {
-    EXPECT_THAT(served.client->GetBlob(ring.Put(bytes)),
-                IsOkAndHolds(Pointee(bytes)));
-  }
-}
-
-TEST(BlobClient, NamesPeerAndDigestOfWhatIsNotThere) {
-  BlobRing ring(8);
-  Served served(ring);
-  const std::string sha256 = Sha256Hex("absent");
-
-  EXPECT_THAT(served.client->GetBlob(sha256),
-              StatusIs(absl::StatusCode::kNotFound,
-                       HasSubstr("learner: blob " + sha256)));
-}
-
-TEST(BlobClient, RefusesBytesThatDoNotMatch) {
-  FakeSource liar("other bytes");
-  Served served(liar);
-  const std::string sha256 = Sha256Hex("bytes");
-
-  EXPECT_THAT(served.client->GetBlob(sha256),
-              StatusIs(absl::StatusCode::kDataLoss,
-                       HasSubstr(Sha256Hex("other bytes"))));
-}
-
-TEST(BlobClient, RefusesABlobOverItsLimitBeforeAllocating) {
-  BlobRing ring(8);
-  Served served(ring, {.peer = "", .max_bytes = 3});
-  const std::string sha256 = ring.Put("four");
-
-  EXPECT_THAT(served.client->GetBlob(sha256),
-              StatusIs(absl::StatusCode::kResourceExhausted,
-                       HasSubstr("at most 3 bytes, found 4")));
-}
-
-TEST(BlobClient, FindsAPeerThatStartsAfterIt) {
-  BlobRing ring(8);
-  BlobsService service(ring);
-  const rpc::SocketFolder folder;
-  BlobClient client(rpc::RefusedChannel(folder.Address("b")),
-                    {.peer = "learner",
-                     .attempts = 2,
-                     .backoff = {.initial = absl::Milliseconds(1)}});
-  const auto server =
-      rpc::Server::Start({.address = folder.Address("b")}, {&service});
-  ASSERT_THAT(server, IsOk());
-
-  EXPECT_THAT(client.GetBlob(ring.Put("x")),
-              IsOkAndHolds(Pointee(std::string("x"))));
-}
-
-TEST(BlobClient, NamesAPeerThatIsNotThere) {
-  BlobClient client(
-      *rpc::MakeChannel("unix:/tmp/nobody-listens-here", {}),
-      {.peer = "learner", .connect_timeout = absl::Milliseconds(1)});
-
-  EXPECT_THAT(client.GetBlob(Sha256Hex("x")),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("learner")));
-}
-
-TEST(BlobClient, GivesUpWhenStopped) {
-  BlobRing ring(8);
-  std::stop_source stop;
-  stop.request_stop();
-  BlobClient client(*rpc::MakeChannel("unix:/tmp/nobody-listens-here", {}),
-                    {.peer = "learner", .stop = stop.get_token()});
-
-  EXPECT_THAT(client.GetBlob(Sha256Hex("x")),
-              StatusIs(absl::StatusCode::kCancelled));
-}
-
-TEST(BlobsService, ContinuesABrokenTransfer) {
-  BlobRing ring(8);
-  Served served(ring);
-  const std::string bytes = LargeBytes();
-  const auto stub =
-      v1::Blobs::NewStub(*rpc::MakeChannel(served.server->address(), {}));
-  v1::GetBlobRequest request;
-  request.set_sha256(ring.Put(bytes));
-  request.set_offset(static_cast<int64_t>(bytes.size()) - 5);
-  grpc::ClientContext context;
-  rpc::SetTimeout(context, absl::Seconds(20));
-  const auto reader = stub->GetBlob(&context, request);
-  v1::BlobChunk chunk;
-
-  ASSERT_TRUE(reader->Read(&chunk));
-
-  EXPECT_EQ(chunk.data(), bytes.substr(bytes.size() - 5));
-  EXPECT_EQ(chunk.total_size(), static_cast<int64_t>(bytes.size()));
-  EXPECT_FALSE(reader->Read(&chunk));
-  EXPECT_TRUE(reader->Finish().ok());
-}
-
-TEST(BlobsService, RefusesAnOffsetBeyondTheEnd) {
-  BlobRing ring(8);
-  Served served(ring);
-  const auto stub =
-      v1::Blobs::NewStub(*rpc::MakeChannel(served.server->address(), {}));
-  v1::GetBlobRequest request;
-  request.set_sha256(ring.Put("abc"));
-  request.set_offset(4);
-  grpc::ClientContext context;
-  rpc::SetTimeout(context, absl::Seconds(20));
-
-  const grpc::Status status = stub->GetBlob(&context, request)->Finish();
-
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(), HasSubstr("[0, 3], found 4"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "common/blobs/blob_file.h"
 #include "common/digest.h"
 #include "common/logging.h"
 #include "common/status_macros.h"
@@ -101,6 +102,12 @@ absl::StatusOr<Blob> LocalStore::GetBlob(const std::string& sha256) {
                                             bytes.size(), " bytes)"));
   }
   return std::make_shared<const std::string>(std::move(bytes));
+}
+
+absl::StatusOr<std::unique_ptr<BlobReader>> LocalStore::OpenBlob(
+    const std::string& sha256) {
+  SINEW_RETURN_IF_ERROR(ValidateDigest(sha256));
+  return OpenBlobFile(folders_.BlobPath(sha256), sha256);
 }
 
 absl::StatusOr<std::string> LocalStore::PutBlob(const Blob& blob) {

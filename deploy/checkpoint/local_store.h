@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "common/blobs/blob_reader.h"
 #include "common/clock.h"
 #include "common/files.h"
 #include "common/mutex.h"
@@ -44,6 +45,8 @@ class LocalStore : public ArtifactStore {
       const std::string& folder, const Clock& clock);
 
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override;
+  absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+      const std::string& sha256) override;
   absl::StatusOr<std::string> PutBlob(const Blob& blob) override
       SINEW_EXCLUDES(mu_);
   absl::Status PutArtifact(const v1::Artifact& artifact) override

@@ -170,6 +170,8 @@ TEST_F(LocalStoreTest, NamesFileAndDigestsOfDamagedBytes) {
                          AllOf(HasSubstr(BlobPath("precious")),
                                HasSubstr("expected SHA-256 " + sha256),
                                HasSubstr("found " + Sha256Hex(bytes)))));
+    EXPECT_EQ(store->OpenBlob(sha256).status(),
+              store->GetBlob(sha256).status());
   }
 }
 

@@ -32,7 +32,7 @@ CheckpointServer::CheckpointServer(std::unique_ptr<ArtifactStore> store,
       metrics_(registry_),
       store_(std::move(store)),
       service_(*store_, options.service, clock, metrics_),
-      blobs_(service_.counted_blobs()) {}
+      blobs_(service_.counted_blobs(), options.service.idle_timeout) {}
 
 std::string CheckpointServer::metrics_address() const {
   return metrics_server_ == nullptr ? "" : metrics_server_->address();

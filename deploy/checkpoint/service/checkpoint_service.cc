@@ -45,6 +45,16 @@ absl::StatusOr<Blob> CheckpointService::CountedBlobs::GetBlob(
   return blob;
 }
 
+absl::StatusOr<std::unique_ptr<BlobReader>>
+CheckpointService::CountedBlobs::OpenBlob(const std::string& sha256) {
+  auto blob = store_.OpenBlob(sha256);
+  metrics_.Count("GetBlob", blob.status());
+  if (blob.ok()) {
+    metrics_.sent_bytes.Increment(static_cast<double>((*blob)->size()));
+  }
+  return blob;
+}
+
 CheckpointService::CheckpointService(ArtifactStore& store,
                                      const Options& options, const Clock& clock,
                                      ServiceMetrics& metrics)

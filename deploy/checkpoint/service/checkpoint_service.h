@@ -2,10 +2,12 @@
 #define SINEW_DEPLOY_CHECKPOINT_SERVICE_CHECKPOINT_SERVICE_H_
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "common/blobs/blob_reader.h"
 #include "common/blobs/blob_source.h"
 #include "common/clock.h"
 #include "common/mutex.h"
@@ -67,6 +69,8 @@ class CheckpointService final : public v1::Checkpoints::Service {
     CountedBlobs(ArtifactStore& store, ServiceMetrics& metrics)
         : store_(store), metrics_(metrics) {}
     absl::StatusOr<Blob> GetBlob(const std::string& sha256) override;
+    absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+        const std::string& sha256) override;
 
    private:
     ArtifactStore& store_;

@@ -2,8 +2,10 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/blobs/blob_reader.h"
 #include "common/blobs/blobs_service.h"
 #include "common/clock.h"
 #include "common/digest.h"
@@ -195,6 +197,33 @@ TEST(CheckpointService, PassesDamagedBytesOn) {
   EXPECT_THAT(served.store().PutBlob(MakeBlob("abc")), IsOk());
   EXPECT_THAT(served.store().GetBlob(sha256),
               IsOkAndHolds(Pointee(std::string("abc"))));
+}
+
+// Has no blob in memory as a whole.
+class OpensOnly : public MemoryStore {
+ public:
+  absl::StatusOr<Blob> GetBlob(const std::string& /*sha256*/) override {
+    return absl::ResourceExhaustedError("too large for memory");
+  }
+  absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlob(
+      const std::string& sha256) override {
+    absl::StatusOr<Blob> blob = MemoryStore::GetBlob(sha256);
+    if (!blob.ok()) return blob.status();
+    return std::make_unique<WholeBlobReader>(*std::move(blob));
+  }
+};
+
+TEST(CheckpointService, NeedsNoWholeBlobsForDownloads) {
+  OpensOnly store;
+  const std::string sha256 = *store.PutBlob(MakeBlob("abc"));
+  const SystemClock clock;
+  metrics::Registry registry({.role = "checkpoint", .build = ""});
+  ServiceMetrics metrics(registry);
+  CheckpointService service(store, {}, clock, metrics);
+
+  EXPECT_THAT(service.counted_blobs().OpenBlob(sha256), IsOk());
+
+  EXPECT_THAT(registry.Text(), HasSubstr("sinew_store_sent_bytes_total 3\n"));
 }
 
 TEST(CheckpointService, ShowsCallsAndBytes) {

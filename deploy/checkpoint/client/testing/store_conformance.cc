@@ -80,6 +80,21 @@ TEST_P(StoreConformance, NamesTheDigestThatIsNotThere) {
 TEST_P(StoreConformance, RefusesWhatIsNoDigest) {
   EXPECT_THAT(store().GetBlob("../../etc/passwd"),
               StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(store().OpenBlob("../../etc/passwd"),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+TEST_P(StoreConformance, OpensABlobToBeReadInPieces) {
+  const std::string sha256 = *store().PutBlob(MakeBlob("abcde"));
+
+  const auto blob = store().OpenBlob(sha256);
+  ASSERT_THAT(blob, IsOk());
+  ASSERT_THAT(store().DropBlobs({sha256}), IsOk());
+
+  EXPECT_EQ((*blob)->size(), 5);
+  EXPECT_THAT((*blob)->Read(1, 3), IsOkAndHolds(std::string("bcd")));
+  EXPECT_THAT((*blob)->Read(4, 3), IsOkAndHolds(std::string("e")));
+  EXPECT_THAT(store().OpenBlob(sha256), StatusIs(absl::StatusCode::kNotFound));
 }
 
 TEST_P(StoreConformance, ReturnsTheFilesOfAnArtifact) {
