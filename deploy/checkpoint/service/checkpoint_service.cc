@@ -119,9 +119,10 @@ absl::Status CheckpointService::Receive(grpc::ServerContext& context,
         absl::StrCat("blob ", sha256, ": expected 0 to ",
                      options_.max_blob_bytes, " bytes, found ", size));
   }
-  if (AlreadyThere(sha256, size)) return absl::OkStatus();
+  // What is there already is read to be compared.
   SINEW_RETURN_IF_ERROR(ReserveUpload(size));
   const absl::Cleanup release = [this, size] { ReleaseUpload(size); };
+  if (AlreadyThere(sha256, size)) return absl::OkStatus();
   rpc::ChunkAssembler payload(options_.max_blob_bytes);
   SINEW_RETURN_IF_ERROR(payload.Begin(size));
   SINEW_RETURN_IF_ERROR(ReadChunks(reader, message, payload, watchdog));

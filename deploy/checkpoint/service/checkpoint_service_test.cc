@@ -148,6 +148,10 @@ TEST(CheckpointService, BoundsTheBytesOfUploadsInFlight) {
   EXPECT_THAT(served.store().PutBlob(MakeBlob("four")),
               StatusIs(absl::StatusCode::kUnavailable,
                        HasSubstr("at most 3 bytes, found 0 and 4 more")));
+  // Also of bytes that are there: they are read to be compared.
+  ASSERT_THAT(served.memory.PutBlob(MakeBlob("four")), IsOk());
+  EXPECT_THAT(served.store().PutBlob(MakeBlob("four")),
+              StatusIs(absl::StatusCode::kUnavailable));
 }
 
 TEST(CheckpointService, CutsAnUploadThatStandsStill) {
