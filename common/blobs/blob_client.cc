@@ -6,6 +6,7 @@
 #include "common/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/status.h"
+#include "common/rpc/watchdog.h"
 #include "common/status_context.h"
 #include "common/status_macros.h"
 
@@ -25,6 +26,8 @@ absl::Status BlobClient::Receive(const std::string& sha256,
   rpc::SetTimeout(context, options_.attempt_timeout);
   const std::stop_callback cancel(options_.stop,
                                   [&context] { context.TryCancel(); });
+  rpc::Watchdog watchdog(options_.idle_timeout,
+                         [&context] { context.TryCancel(); });
   v1::GetBlobRequest request;
   request.set_sha256(sha256);
   request.set_offset(payload.received_bytes());
@@ -32,6 +35,7 @@ absl::Status BlobClient::Receive(const std::string& sha256,
   v1::BlobChunk chunk;
   absl::Status status;
   while (status.ok() && reader->Read(&chunk)) {
+    watchdog.Feed();
     if (!payload.begun()) status = payload.Begin(chunk.total_size());
     if (status.ok()) status = payload.Append(chunk.data());
   }
@@ -40,7 +44,14 @@ absl::Status BlobClient::Receive(const std::string& sha256,
     reader->Finish().ok();
     return status;
   }
-  SINEW_RETURN_IF_ERROR(rpc::FromGrpc(reader->Finish(), options_.peer));
+  const absl::Status finished = rpc::FromGrpc(reader->Finish(), options_.peer);
+  if (!finished.ok() && watchdog.has_expired()) {
+    return absl::DeadlineExceededError(
+        absl::StrCat("the peer sent nothing for ",
+                     absl::FormatDuration(options_.idle_timeout), ", after ",
+                     payload.received_bytes(), " bytes"));
+  }
+  SINEW_RETURN_IF_ERROR(finished);
   if (payload.complete()) return absl::OkStatus();
   return absl::DataLossError(
       absl::StrCat("truncated after ", payload.received_bytes(), " bytes"));

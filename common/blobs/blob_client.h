@@ -22,12 +22,13 @@ namespace sinew {
 // transfer goes on where it stopped.
 //
 // Thread-safety: any thread. Ownership: shares the channel. Blocking: until
-// the bytes are here; each attempt at most `attempt_timeout`, with back-off in
-// between, at most `attempts` in all. A peer that is not there has
-// `connect_timeout` to come up, also in the middle (rpc::PeerCalls). Errors:
-// name peer and digest; as BlobSource, and RESOURCE_EXHAUSTED for a blob over
-// `max_bytes` (nothing is allocated), CANCELLED after `stop`, UNAVAILABLE or
-// DEADLINE_EXCEEDED.
+// the bytes are here; each attempt at most `attempt_timeout`, or `idle_timeout`
+// without a chunk, with back-off in between, at most `attempts` in all: of a
+// peer that hangs, at most attempts * (idle_timeout + the back-off). A peer
+// that is not there has `connect_timeout` to come up, also in the middle
+// (rpc::PeerCalls). Errors: name peer and digest; as BlobSource, and
+// RESOURCE_EXHAUSTED for a blob over `max_bytes` (nothing is allocated),
+// CANCELLED after `stop`, UNAVAILABLE or DEADLINE_EXCEEDED.
 class BlobClient : public BlobSource {
  public:
   struct Options {
@@ -36,6 +37,8 @@ class BlobClient : public BlobSource {
     int64_t max_bytes = int64_t{4} << 30;
     absl::Duration connect_timeout = absl::Seconds(15);
     absl::Duration attempt_timeout = absl::Seconds(60);
+    // Longer than a peer takes to verify a large blob before it is sent.
+    absl::Duration idle_timeout = absl::Seconds(60);
     int attempts = 8;
     rpc::BackoffOptions backoff = {};
     std::stop_token stop = {};

@@ -18,6 +18,7 @@
 #include "common/digest.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/chunks.h"
+#include "common/rpc/retry.h"
 #include "common/rpc/server.h"
 #include "common/rpc/testing/held_grpc.h"
 #include "common/rpc/testing/refused_channel.h"
@@ -33,6 +34,7 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Pointee;
 
@@ -182,6 +184,40 @@ TEST(BlobClient, NamesAPeerThatIsNotThere) {
 
   EXPECT_THAT(client.GetBlob(Sha256Hex("x")),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("learner")));
+}
+
+// Sends one chunk and no more until it is told that nobody listens.
+class HangingBlobs : public v1::Blobs::Service {
+ public:
+  grpc::Status GetBlob(grpc::ServerContext* context,
+                       const v1::GetBlobRequest* /*request*/,
+                       grpc::ServerWriter<v1::BlobChunk>* writer) override {
+    v1::BlobChunk chunk;
+    chunk.set_total_size(10);
+    chunk.set_data("abc");
+    writer->Write(chunk);
+    while (!context->IsCancelled()) {
+      rpc::WaitFor(absl::Milliseconds(1), std::stop_token());
+    }
+    return grpc::Status::CANCELLED;
+  }
+};
+
+TEST(BlobClient, GivesUpOnAPeerThatHangs) {
+  HangingBlobs service;
+  const rpc::SocketFolder folder;
+  const auto server =
+      rpc::Server::Start({.address = folder.Address("b")}, {&service});
+  ASSERT_THAT(server, IsOk());
+  BlobClient client(*rpc::MakeChannel((*server)->address(), {}),
+                    {.peer = "learner",
+                     .idle_timeout = absl::Milliseconds(50),
+                     .attempts = 1});
+
+  EXPECT_THAT(client.GetBlob(Sha256Hex("x")),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       AllOf(HasSubstr("learner: blob"),
+                             HasSubstr("nothing for 50ms, after 3 bytes"))));
 }
 
 TEST(BlobClient, GivesUpWhenStopped) {

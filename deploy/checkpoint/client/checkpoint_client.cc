@@ -7,6 +7,7 @@
 #include "common/rpc/channel.h"
 #include "common/rpc/chunks.h"
 #include "common/rpc/status.h"
+#include "common/rpc/watchdog.h"
 #include "common/status_macros.h"
 
 namespace sinew::checkpoint {
@@ -18,6 +19,7 @@ BlobClient::Options BlobOptions(const CheckpointClient::Options& options) {
   blobs.max_bytes = options.max_blob_bytes;
   blobs.connect_timeout = options.connect_timeout;
   blobs.attempt_timeout = options.transfer_timeout;
+  blobs.idle_timeout = options.idle_timeout;
   blobs.attempts = options.attempts;
   blobs.backoff = options.backoff;
   blobs.stop = options.stop;
@@ -63,6 +65,8 @@ absl::Status CheckpointClient::Send(const std::string& sha256,
   rpc::SetTimeout(context, options_.transfer_timeout);
   const std::stop_callback cancel(options_.stop,
                                   [&context] { context.TryCancel(); });
+  rpc::Watchdog watchdog(options_.idle_timeout,
+                         [&context] { context.TryCancel(); });
   v1::PutBlobResponse response;
   const auto writer = stub_->PutBlob(&context, &response);
   v1::PutBlobRequest message;
@@ -72,12 +76,20 @@ absl::Status CheckpointClient::Send(const std::string& sha256,
   if (writer->Write(message) && !bytes.empty()) {
     message.Clear();
     rpc::ForEachChunk(bytes, 0, [&](absl::string_view data, bool /*first*/) {
+      watchdog.Feed();
       message.set_data(data.data(), data.size());
       return writer->Write(message);
     });
   }
+  watchdog.Feed();
   writer->WritesDone();
-  return rpc::FromGrpc(writer->Finish(), options_.peer);
+  const absl::Status status = rpc::FromGrpc(writer->Finish(), options_.peer);
+  if (!status.ok() && watchdog.has_expired()) {
+    return absl::DeadlineExceededError(absl::StrCat(
+        options_.peer, ": blob ", sha256, ": the peer neither took bytes nor ",
+        "answered for ", absl::FormatDuration(options_.idle_timeout)));
+  }
+  return status;
 }
 
 absl::StatusOr<std::string> CheckpointClient::PutBlob(const Blob& blob) {

@@ -26,7 +26,9 @@ namespace sinew::checkpoint {
 // with back-off (all calls but DropBlobs are idempotent), `attempts` at most.
 // A service that is not there has `connect_timeout` to come up, also between
 // attempts (rpc::PeerCalls); so roles may be started in any order, and one that
-// is simply absent is reported after that time.
+// is simply absent is reported after that time. One that hangs is reported
+// after at most attempts * (call_timeout, or of a blob idle_timeout, + the
+// back-off); a blob that moves has `transfer_timeout` for each attempt.
 // Errors: as ArtifactStore, after the peer's name; UNAVAILABLE,
 // DEADLINE_EXCEEDED, CANCELLED after `stop`, RESOURCE_EXHAUSTED for a blob over
 // `max_blob_bytes`, in either direction.
@@ -40,6 +42,9 @@ class CheckpointClient : public ArtifactStore {
     absl::Duration call_timeout = absl::Seconds(30);
     // Of one blob, one attempt.
     absl::Duration transfer_timeout = absl::Minutes(10);
+    // Of a blob that stands still; longer than the service takes to verify or
+    // to store a large one.
+    absl::Duration idle_timeout = absl::Seconds(60);
     int attempts = 8;
     rpc::BackoffOptions backoff = {};
     std::stop_token stop = {};

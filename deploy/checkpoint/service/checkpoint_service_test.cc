@@ -284,6 +284,18 @@ TEST(CheckpointClient, GivesUpWhenStopped) {
               StatusIs(absl::StatusCode::kCancelled));
 }
 
+TEST(CheckpointClient, GivesUpOnAServiceThatHangs) {
+  OverGrpc served({}, {.peer = "checkpoint test",
+                       .idle_timeout = absl::Milliseconds(50),
+                       .attempts = 1});
+  served.memory.Pause();
+
+  EXPECT_THAT(served.store().PutBlob(MakeBlob("x")),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       HasSubstr("checkpoint test: blob " + Sha256Hex("x"))));
+  served.memory.Resume();
+}
+
 TEST(CheckpointClient, SendsNoBlobOverItsLimit) {
   OverGrpc served({}, {.peer = "checkpoint test", .max_blob_bytes = 3});
 
