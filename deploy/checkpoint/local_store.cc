@@ -140,10 +140,11 @@ absl::Status LocalStore::PutArtifact(const v1::Artifact& artifact) {
       const v1::Artifact record,
       index_.Admit(artifact, absl::ToUnixSeconds(clock_.WallNow())));
   SINEW_RETURN_IF_ERROR(CheckBlobs(record));
-  if (!index_.Contains(record.id())) {
-    SINEW_RETURN_IF_ERROR(WriteArtifactRecord(folders_, record));
-    index_.Insert(record);
-  }
+  // Perhaps a client that lost the answer: its holds are ended, and others are
+  // not its own. Those of a second writer of the same become too old.
+  if (index_.Contains(record.id())) return absl::OkStatus();
+  SINEW_RETURN_IF_ERROR(WriteArtifactRecord(folders_, record));
+  index_.Insert(record);
   for (const v1::Artifact::File& file : record.files()) {
     index_.Release(file.sha256());
   }

@@ -18,9 +18,10 @@ namespace sinew::checkpoint {
 // in where they keep them.
 //
 // A blob is needed while an artifact names it, or while it is held: from its
-// PutBlob until the PutArtifact that names it (or DropBlobs). A hold whose
-// writer never came back ends after kMaxAge calls of Age, so garbage is
-// bounded without asking a clock.
+// PutBlob until the PutArtifact that names it and adds a record (or DropBlobs).
+// A hold whose writer never came back, put the bytes twice, or found its
+// artifact there already ends after kMaxAge calls of Age, so garbage is bounded
+// without asking a clock.
 //
 // Thread-safety: one thread at a time. Ownership: owns its data. Blocking:
 // never. Errors: name artifact or alias, expected and found.

@@ -36,8 +36,9 @@ class ArtifactStore : public BlobSource {
 
   // Registers an artifact; the store sets `sequence`, and `created_unix_s` if
   // unset. FAILED_PRECONDITION: a blob of it is missing; ALREADY_EXISTS: same
-  // id with other content (equal content is harmless); INVALID_ARGUMENT: see
-  // validate_artifact.h.
+  // id with other content (equal content is harmless: it changes nothing, and
+  // other writers' blobs go on waiting for their artifacts); INVALID_ARGUMENT:
+  // see validate_artifact.h.
   virtual absl::Status PutArtifact(const v1::Artifact& artifact) = 0;
 
   // By id or alias. DATA_LOSS: an alias whose record is damaged, or that names

@@ -23,7 +23,9 @@ namespace sinew::checkpoint {
 //
 // Thread-safety: any thread. Ownership: shares the channel. Blocking: on the
 // network; each attempt has a deadline, transient failures are tried again
-// with back-off (all calls but DropBlobs are idempotent), `attempts` at most.
+// with back-off, `attempts` at most; all but DropBlobs, which twice would give
+// up another writer's bytes. A PutBlob whose answer was lost and that was
+// repeated may keep bytes longer than they are needed (artifact_index.h).
 // A service that is not there has `connect_timeout` to come up, also between
 // attempts (rpc::PeerCalls); so roles may be started in any order, and one that
 // is simply absent is reported after that time. One that hangs is reported

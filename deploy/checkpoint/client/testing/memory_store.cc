@@ -56,6 +56,7 @@ absl::Status MemoryStore::PutArtifact(const v1::Artifact& artifact) {
         absl::StrCat("file ", file.path(), ": expected blob ", file.sha256(),
                      " of ", file.size(), " bytes"));
   }
+  if (index_.Contains(record.id())) return absl::OkStatus();
   index_.Insert(record);
   for (const v1::Artifact::File& file : record.files()) {
     index_.Release(file.sha256());

@@ -259,6 +259,21 @@ TEST_P(StoreConformance, KeepsASharedBlobWhileAnotherSaveWaitsForIt) {
   EXPECT_THAT(store().GetBlob(Sha256Hex("own of s1")), IsOk());
 }
 
+TEST_P(StoreConformance, KeepsASharedBlobWhenAnArtifactIsPutTwice) {
+  ASSERT_THAT(Put(store(), "s1"), IsOk());
+  const auto record = store().GetArtifact("s1");
+  ASSERT_THAT(record, IsOk());
+  // Of another save.
+  ASSERT_THAT(store().PutBlob(MakeBlob("own of s1")), IsOk());
+
+  // The reply was lost, the client asks again.
+  ASSERT_THAT(store().PutArtifact(*record), IsOk());
+  ASSERT_THAT(Put(store(), "s2"), IsOk());
+  ASSERT_THAT(store().Retain("state", 1), IsOk());
+
+  EXPECT_THAT(store().GetBlob(Sha256Hex("own of s1")), IsOk());
+}
+
 TEST_P(StoreConformance, DropsBlobsThatNothingElseNeeds) {
   ASSERT_THAT(Put(store(), "s1"), IsOk());
   const std::string alone = *store().PutBlob(MakeBlob("alone"));
