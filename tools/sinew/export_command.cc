@@ -12,6 +12,7 @@
 #include "common/clock.h"
 #include "common/files.h"
 #include "common/rpc/credentials.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "deploy/bundle/run_export.h"
 #include "deploy/checkpoint/client/artifact_store.h"
@@ -19,6 +20,7 @@
 #include "learner/state/newest_state.h"
 #include "learner/state/state_store.h"
 #include "proto/sinew/v1/run.pb.h"
+#include "tools/sinew/security_flags.h"
 #include "tools/training/compact_state.h"
 #include "tools/training/shown_folder.h"
 
@@ -30,7 +32,15 @@ struct ExportOptions {
   std::string out;
   std::string state;
   bool best = false;
+  std::string checkpoint;  // empty: RUN/checkpoints
+  rpc::Security security;
 };
+
+// Where the run's states are.
+std::string StoreOf(const ExportOptions& options) {
+  return options.checkpoint.empty() ? JoinPath(options.run, "checkpoints")
+                                    : options.checkpoint;
+}
 
 // Whether what is to be exported was trained on the library that the run now
 // has; `what` names it. `now` or `found` unset: not known.
@@ -44,20 +54,20 @@ absl::Status CheckAssets(const ExportOptions& options, absl::string_view what,
 
 absl::Status ExportLatest(const ExportOptions& options,
                           checkpoint::ArtifactStore& store) {
+  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
+                         bundle::ReadRunInputs(options.run));
   std::vector<std::string> warnings;
   const auto state = learner::LoadLatestState(store, &warnings);
   for (const std::string& warning : warnings) {
     absl::FPrintF(stderr, "sinew: %s\n", warning);
   }
-  SINEW_RETURN_IF_ERROR(state.status());
+  SINEW_RETURN_IF_ERROR(WithContext(state.status(), StoreOf(options)));
   if (state->snapshots.empty()) {
     return absl::DataLossError(
         absl::StrCat(options.run, ": expected a snapshot in state ",
                      state->counters.iteration(), ", found none"));
   }
   const v1::TrainingState& counters = state->counters;
-  SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
-                         bundle::ReadRunInputs(options.run));
   SINEW_RETURN_IF_ERROR(CheckAssets(options, "the newest state",
                                     inputs.assets_sha256(),
                                     counters.assets_sha256()));
@@ -128,36 +138,51 @@ absl::Status CheckOptions(const ExportOptions& options) {
   return absl::OkStatus();
 }
 
+// A store that the user names may be another run's.
+absl::Status CheckStoreIsOf(const ExportOptions& options,
+                            const v1::RunInputs& inputs,
+                            checkpoint::ArtifactStore& store) {
+  if (options.checkpoint.empty()) return absl::OkStatus();
+  std::vector<std::string> warnings;
+  const auto counters = learner::LoadLatestCounters(store, &warnings);
+  SINEW_RETURN_IF_ERROR(counters.status());
+  return CheckAssets(options, "the newest state", inputs.assets_sha256(),
+                     counters->assets_sha256());
+}
+
 absl::Status ExportState(const ExportOptions& options,
-                         const std::string& checkpoints, const Clock& clock) {
+                         checkpoint::ArtifactStore& store, const Clock& clock) {
   SINEW_ASSIGN_OR_RETURN(const v1::RunInputs inputs,
                          bundle::ReadRunInputs(options.run));
+  SINEW_RETURN_IF_ERROR(
+      WithContext(CheckStoreIsOf(options, inputs, store), StoreOf(options)));
   const std::vector<v1::RunInputs::Source> sources(inputs.sources().begin(),
                                                    inputs.sources().end());
-  SINEW_RETURN_IF_ERROR(
-      WriteCompactState(checkpoints, options.state, clock, sources));
-  absl::PrintF("%s\n", options.state);
-  return absl::OkStatus();
+  return WriteCompactState(store, options.state, clock, sources);
 }
 
 absl::Status RunExport(const ExportOptions& asked, const StopToken& stop) {
   SINEW_RETURN_IF_ERROR(CheckOptions(asked));
   ExportOptions options = asked;
   SINEW_ASSIGN_OR_RETURN(options.run, FolderToExport(asked.run));
-  const std::string folder = JoinPath(options.run, "checkpoints");
-  if (!FileExists(folder)) {
+  if (options.checkpoint.empty() && !FileExists(StoreOf(options))) {
     return absl::NotFoundError(absl::StrCat(
-        options.run, ": expected a run directory, found no checkpoints/"));
+        options.run,
+        ": expected a run directory, found no checkpoints/ (of a learner with "
+        "--checkpoint they are there: give the same --checkpoint)"));
   }
   const SystemClock clock;
-  if (!options.state.empty()) return ExportState(options, folder, clock);
   SINEW_ASSIGN_OR_RETURN(
       const auto store,
-      checkpoint::OpenStore(folder, checkpoint::StoreAccess::kRead,
-                            rpc::Security(), clock, stop));
-  SINEW_RETURN_IF_ERROR(options.best ? ExportBest(options, *store)
-                                     : ExportLatest(options, *store));
-  absl::PrintF("%s\n", options.out);
+      checkpoint::OpenStore(StoreOf(options), checkpoint::StoreAccess::kRead,
+                            options.security, clock, stop));
+  if (!options.state.empty()) {
+    SINEW_RETURN_IF_ERROR(ExportState(options, *store, clock));
+  } else {
+    SINEW_RETURN_IF_ERROR(options.best ? ExportBest(options, *store)
+                                       : ExportLatest(options, *store));
+  }
+  absl::PrintF("%s\n", options.state.empty() ? options.out : options.state);
   return absl::OkStatus();
 }
 
@@ -176,6 +201,11 @@ void AddExportCommand(CLI::App& app, Action& action) {
                       "to train on (sinew train --continue)");
   command->add_flag("--best", options->best,
                     "the best evaluated policy instead of the newest state");
+  command->add_option(
+      "--checkpoint", options->checkpoint,
+      "where the learner keeps its states: a checkpoint service "
+      "or a folder; default: in the run directory");
+  AddSecurityFlags(*command, options->security);
 }
 
 }  // namespace sinew::tools

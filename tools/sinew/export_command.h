@@ -11,6 +11,8 @@ namespace sinew::tools {
 //
 // `sinew export --run RUN --state FOLDER`: what another machine needs to train
 // on (tools/training/compact_state.h).
+//
+// With `--checkpoint STORE`: of a learner whose states are there.
 void AddExportCommand(CLI::App& app, Action& action);
 
 }  // namespace sinew::tools

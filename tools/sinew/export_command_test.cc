@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,7 @@
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/rpc/credentials.h"
+#include "common/rpc/testing/socket_folder.h"
 #include "common/stop.h"
 #include "common/testing/matchers.h"
 #include "deploy/bundle/bundle.h"
@@ -18,6 +20,7 @@
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "deploy/checkpoint/client/artifact_store.h"
 #include "deploy/checkpoint/open_store.h"
+#include "deploy/checkpoint/service/checkpoint_server.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "learner/procedure/procedure.h"
@@ -232,6 +235,82 @@ TEST_F(ExportCommand, WritesAStateThatSaysWhatItsRunLearnsFrom) {
   EXPECT_EQ(state->state.counters.iteration(), 12);
   ASSERT_TRUE(state->sources.has_value());
   EXPECT_THAT(*state->sources, ElementsAre(EqualsProto(teacher)));
+}
+
+// The run's states, moved to where a service has them.
+class ExportCommandElsewhere : public ExportCommand {
+ protected:
+  void Serve() {
+    const std::string elsewhere = JoinPath(toy_.folder, "elsewhere");
+    std::filesystem::rename(JoinPath(run_, "checkpoints"), elsewhere);
+    auto server = checkpoint::CheckpointServer::Start(
+        {.address = sockets_.Address("s"), .folder = elsewhere}, clock_);
+    ASSERT_THAT(server, IsOk());
+    server_ = *std::move(server);
+  }
+  std::string Checkpoint() const {
+    return absl::StrCat(" --checkpoint ", server_->address());
+  }
+
+  const rpc::SocketFolder sockets_;
+  std::unique_ptr<checkpoint::CheckpointServer> server_;
+};
+
+TEST_F(ExportCommandElsewhere, MakesBundlesOfWhatAServiceHas) {
+  SaveState(Snapshot(0.2));
+  SaveBest(Snapshot(0.4));
+  Serve();
+
+  EXPECT_THAT(Export(),
+              StatusIs(absl::StatusCode::kNotFound,
+                       HasSubstr("found no checkpoints/ (of a learner with "
+                                 "--checkpoint they are there")));
+  for (const auto& [flags, snapshot] :
+       {std::pair("", Snapshot(0.2)), std::pair(" --best", Snapshot(0.4))}) {
+    ASSERT_THAT(Export(absl::StrCat(flags, Checkpoint())), IsOk()) << flags;
+
+    const auto bundle = bundle::ReadBundle(Out());
+    ASSERT_THAT(bundle, IsOk());
+    EXPECT_EQ(bundle->manifest.provenance().snapshot_sha256(),
+              Sha256Hex(snapshot));
+    ASSERT_THAT(RemoveRecursively(Out()), IsOk());
+  }
+}
+
+TEST_F(ExportCommandElsewhere, WritesTheStateThatAServiceHas) {
+  const auto assets =
+      std::make_shared<const std::string>(v1::TaskAssets().SerializeAsString());
+  SaveInputs({}, Sha256Hex(*assets));
+  SaveState(Snapshot(0.2), Sha256Hex(*assets));
+  ASSERT_THAT(Store()->PutBlob(assets), IsOk());
+  Serve();
+
+  ASSERT_THAT(Run(absl::StrCat(" --state ", Out(), Checkpoint())), IsOk());
+
+  const auto state = ReadCompactState(Out(), clock_);
+  ASSERT_THAT(state, IsOk());
+  EXPECT_EQ(state->state.counters.iteration(), 12);
+}
+
+TEST_F(ExportCommandElsewhere, RefusesAStoreOfAnotherRun) {
+  SaveInputs({}, "own assets");
+  SaveState(Snapshot(0.2), "other assets");
+  Serve();
+
+  for (const char* what : {" --out ", " --state "}) {
+    EXPECT_THAT(Run(absl::StrCat(what, Out(), Checkpoint())),
+                StatusIs(absl::StatusCode::kFailedPrecondition,
+                         HasSubstr("expected one of the run's assets own "
+                                   "assets, found one of other assets")));
+    EXPECT_FALSE(FileExists(Out()));
+  }
+}
+
+TEST_F(ExportCommandElsewhere, NamesAStoreThatHasNothingOfTheRun) {
+  Serve();
+
+  EXPECT_THAT(Export(Checkpoint()), StatusIs(absl::StatusCode::kNotFound,
+                                             HasSubstr(server_->address())));
 }
 
 TEST_F(ExportCommand, WritesABundleOrAState) {

@@ -95,26 +95,22 @@ Trainer::State Compact(const Trainer::State& state) {
 }
 
 absl::Status WriteCompactState(
-    const std::string& checkpoints, const std::string& folder,
-    const Clock& clock, absl::Span<const v1::RunInputs::Source> sources) {
+    ArtifactStore& from, const std::string& folder, const Clock& clock,
+    absl::Span<const v1::RunInputs::Source> sources) {
   if (FileExists(folder)) {
     return absl::AlreadyExistsError(
         absl::StrCat(folder, ": expected no such folder, found one"));
   }
-  SINEW_ASSIGN_OR_RETURN(
-      const auto from,
-      Open(checkpoints, checkpoint::StoreAccess::kRead, clock));
   std::vector<std::string> warnings;
   SINEW_ASSIGN_OR_RETURN(const Trainer::State state,
-                         learner::LoadLatestState(*from, &warnings));
+                         learner::LoadLatestState(from, &warnings));
   for (const std::string& warning : warnings) LogWarning(warning);
   ArtifactFiles files = learner::StateToFiles(Compact(state));
   // The list is a blob by the name of its digest.
-  const auto list = from->GetBlob(state.counters.assets_sha256());
+  const auto list = from.GetBlob(state.counters.assets_sha256());
   if (!list.ok()) {
     return absl::DataLossError(absl::StrCat(
-        checkpoints,
-        ": expected the list of the run's assets: ", list.status().message()));
+        "expected the list of the run's assets: ", list.status().message()));
   }
   files[kAssetList] = *list;
   files[kSourceList] = SerializeSources(sources);

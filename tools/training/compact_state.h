@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "common/clock.h"
+#include "deploy/checkpoint/client/artifact_store.h"
 #include "learner/trainer/trainer.h"
 #include "proto/sinew/v1/run.pb.h"
 
@@ -41,11 +42,11 @@ struct CompactState {
 // Of a state, what a compact one holds. Pure.
 learner::Trainer::State Compact(const learner::Trainer::State& state);
 
-// Writes the newest state in a run's folder checkpoints/ to a new folder, with
-// `sources` of the run's inputs. Blocks on the disk. Errors: ALREADY_EXISTS:
-// the folder is there; those of LoadLatestState; DATA_LOSS: the run's assets
-// are not listed.
-absl::Status WriteCompactState(const std::string& checkpoints,
+// Writes the newest state in a run's store to a new folder, with `sources` of
+// the run's inputs. Blocks on store and disk. Errors: ALREADY_EXISTS: the
+// folder is there; those of LoadLatestState; DATA_LOSS: the run's assets are
+// not listed.
+absl::Status WriteCompactState(checkpoint::ArtifactStore& from,
                                const std::string& folder, const Clock& clock,
                                absl::Span<const v1::RunInputs::Source> sources);
 

@@ -75,7 +75,10 @@ class CompactStateTest : public ::testing::Test {
   }
 
   absl::Status Write() const {
-    return WriteCompactState(from_, to_, clock_, {source_});
+    const auto store = checkpoint::OpenStore(
+        from_, checkpoint::StoreAccess::kRead, rpc::Security(), clock_);
+    if (!store.ok()) return store.status();
+    return WriteCompactState(**store, to_, clock_, {source_});
   }
 
   const SystemClock clock_;

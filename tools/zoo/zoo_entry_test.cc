@@ -194,7 +194,7 @@ void WriteState(absl::string_view recipe, const std::string& folder) {
   ASSERT_THAT(learner::SaveState(**store, state, /*keep=*/2), IsOk());
   ASSERT_THAT((*store)->PutBlob(std::make_shared<const std::string>(assets)),
               IsOk());
-  ASSERT_THAT(tools::WriteCompactState(run, folder, clock, {}), IsOk());
+  ASSERT_THAT(tools::WriteCompactState(**store, folder, clock, {}), IsOk());
 }
 
 TEST_F(ZooEntry, MayHaveAStateOfItsRecipe) {
