@@ -74,7 +74,7 @@ class FileReader final : public BlobReader {
 
 absl::StatusOr<std::unique_ptr<BlobReader>> OpenBlobFile(
     const std::string& path, const std::string& sha256) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return Error(errno, path);
   auto reader = std::make_unique<FileReader>(path, fd);
   SINEW_RETURN_IF_ERROR(reader->Look());
