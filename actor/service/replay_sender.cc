@@ -24,9 +24,17 @@ ReplaySender::~ReplaySender() = default;
 
 void ReplaySender::SetPeer(std::shared_ptr<grpc::Channel> channel,
                            std::string peer) {
-  MutexLock lock(mu_);
-  peer_ = {std::move(channel), std::move(peer)};
-  changed_.NotifyAll();
+  std::stop_source replaced(std::nostopstate);
+  {
+    MutexLock lock(mu_);
+    if (peer != peer_.name) {
+      replaced = std::exchange(replace_, std::stop_source());
+    }
+    peer_ = {std::move(channel), std::move(peer), replace_.get_token()};
+    changed_.NotifyAll();
+  }
+  // Not under the lock: this cancels a stream.
+  replaced.request_stop();
 }
 
 ReplaySender::Peer ReplaySender::WaitForPeer(const std::stop_token& stop) {
@@ -43,6 +51,12 @@ void ReplaySender::Run(const std::stop_token& stop) {
     const absl::Status status = Stream(peer, stop);
     outbox_.Rewind();
     if (stop.stop_requested()) return;
+    if (peer.replaced.stop_requested()) {
+      LogInfo("replay is elsewhere now",
+              {{"before", peer.name}, {"unanswered_bytes", outbox_.bytes()}});
+      backoff_.Reset();
+      continue;
+    }
     // Given up because nothing moved for long, since there was nothing.
     if (outbox_.bytes() == 0) continue;
     metrics_.reconnects.Increment();
@@ -50,7 +64,12 @@ void ReplaySender::Run(const std::stop_token& stop) {
     LogWarning("stream to replay broke",
                {{"reason", status.message()},
                 {"retry_seconds", absl::ToDoubleSeconds(wait)}});
-    if (!rpc::WaitFor(wait, stop)) return;
+    // Another peer need not wait for this one's sake.
+    std::stop_source over;
+    const auto end = [&over] { over.request_stop(); };
+    const std::stop_callback stopped(stop, end);
+    const std::stop_callback replaced(peer.replaced, end);
+    if (!rpc::WaitFor(wait, over.get_token()) && stop.stop_requested()) return;
   }
 }
 
@@ -61,10 +80,12 @@ absl::Status ReplaySender::Stream(const Peer& peer,
   rpc::Watchdog watchdog(options_.stall_timeout,
                          [&stream] { stream.Cancel(); });
   std::stop_source broken;
-  const std::stop_callback cancel(stop, [&] {
+  const auto end = [&] {
     broken.request_stop();
     stream.Cancel();
-  });
+  };
+  const std::stop_callback stopped(stop, end);
+  const std::stop_callback replaced(peer.replaced, end);
   absl::Status status;
   std::jthread reader([&] {
     while (status.ok()) {

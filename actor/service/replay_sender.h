@@ -19,7 +19,11 @@
 namespace sinew::actor {
 
 // Sends an outbox's segments over one stream to replay, and again over another
-// one, with back-off, when it breaks or stands still.
+// one, with back-off, when it breaks or stands still. What the learner's replay
+// has not answered when the learner names another one goes there:
+//
+//   SetPeer(a)   segments 1 2 3 -> a, which answers 1
+//   SetPeer(b)   the stream to a ends; 2 3 -> b
 //
 // Thread-safety: any thread. Ownership: borrows outbox and metrics; owns its
 // threads, joined by the destructor, which cancels the stream. Blocking: the
@@ -40,8 +44,9 @@ class ReplaySender {
                OnVerdict on_verdict);
   ~ReplaySender();
 
-  // Where segments go from the next stream on. Nothing is sent before the
-  // first call.
+  // Where segments go from now on: a stream to a peer of another name ends, and
+  // no segment that is pushed later gets there. With the same name, `channel`
+  // serves from the next stream on. Nothing is sent before the first call.
   void SetPeer(std::shared_ptr<grpc::Channel> channel, std::string peer)
       SINEW_EXCLUDES(mu_);
 
@@ -49,6 +54,8 @@ class ReplaySender {
   struct Peer {
     std::shared_ptr<grpc::Channel> channel;
     std::string name;
+    // Requested once another peer takes its place.
+    std::stop_token replaced;
   };
 
   void Run(const std::stop_token& stop);
@@ -64,6 +71,8 @@ class ReplaySender {
   Mutex mu_;
   CondVar changed_;
   Peer peer_ SINEW_GUARDED_BY(mu_);
+  // What peer_.replaced hears of.
+  std::stop_source replace_ SINEW_GUARDED_BY(mu_);
   // Last: the thread uses all of the above.
   std::jthread thread_;
 };
