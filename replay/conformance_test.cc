@@ -35,6 +35,7 @@ using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr absl::Duration kLong = absl::Minutes(1);
@@ -194,7 +195,7 @@ TYPED_TEST(ReplayConformance, MakesAWriterWaitForRoom) {
 }
 
 TYPED_TEST(ReplayConformance, ReportsItsState) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 3}, 0, true)), IsOk());
   const std::string bytes = MakeSegmentBytes(1);
   this->Put(1, bytes);
   this->Put(2, bytes);
@@ -205,6 +206,7 @@ TYPED_TEST(ReplayConformance, ReportsItsState) {
   EXPECT_EQ(status->bytes(), static_cast<int64_t>(bytes.size()));
   EXPECT_EQ(status->accepted(), 1);
   EXPECT_EQ(status->refused().at("VERDICT_UNEXPECTED"), 1);
+  EXPECT_THAT(status->missing_order_ids(), ElementsAre(3));
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ using Response = v1::PutSegmentResponse;
 
 constexpr std::chrono::milliseconds kStep(100);
 constexpr size_t kMaxTaken = size_t{1} << 16;
+// Named in a status.
+constexpr int kMaxMissing = 1024;
 
 absl::Status OtherRun(const std::string& expected, const std::string& found) {
   if (expected.empty()) {
@@ -349,6 +351,10 @@ v1::GetReplayStatusResponse Table::Status() const {
   status.set_bytes(bytes_);
   status.set_limit_bytes(options_.limit_bytes);
   status.set_accepted(accepted_);
+  for (const auto& [id, entry] : entries_) {
+    if (status.missing_order_ids_size() == kMaxMissing) break;
+    if (entry.segment == nullptr) status.add_missing_order_ids(id);
+  }
   for (const auto& [verdict, count] : refused_) {
     (*status.mutable_refused())[verdict] = count;
   }

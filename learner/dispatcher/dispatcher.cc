@@ -37,6 +37,7 @@ class DispatcherImpl final : public Dispatcher,
 
   void Add(const std::vector<v1::Order>& orders) override;
   void Retire(const std::vector<int64_t>& order_ids) override;
+  std::vector<int64_t> Finished() const override;
   Statistics statistics() const override;
   absl::Status failure() const override;
   void Shutdown(absl::Time deadline) override;
@@ -112,6 +113,11 @@ void DispatcherImpl::Retire(const std::vector<int64_t>& order_ids) {
     roster_.Advance(actions);
   }
   actions.Run();
+}
+
+std::vector<int64_t> DispatcherImpl::Finished() const {
+  MutexLock lock(mu_);
+  return roster_.finished_orders();
 }
 
 Dispatcher::Statistics DispatcherImpl::statistics() const {

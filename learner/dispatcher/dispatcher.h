@@ -72,6 +72,10 @@ class Dispatcher {
   virtual void Add(const std::vector<v1::Order>& orders) = 0;
   // The learner has these segments.
   virtual void Retire(const std::vector<int64_t>& order_ids) = 0;
+  // Orders whose segments replay has answered, as actors say, rising. What a
+  // replay that is asked afterwards still misses of them went elsewhere or was
+  // lost: nobody sends it again, unless it is added again.
+  virtual std::vector<int64_t> Finished() const = 0;
   virtual Statistics statistics() const = 0;
   // FAILED_PRECONDITION: replay refused the segment of an order three times,
   // named with the last verdict. Stays so.

@@ -81,6 +81,14 @@ void OrderPool::Retire(const std::vector<int64_t>& order_ids) {
   }
 }
 
+std::vector<int64_t> OrderPool::finished() const {
+  std::vector<int64_t> ids;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.finished) ids.push_back(id);
+  }
+  return ids;
+}
+
 int64_t OrderPool::waiting() const {
   return static_cast<int64_t>(waiting_.size());
 }

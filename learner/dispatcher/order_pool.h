@@ -62,6 +62,8 @@ class OrderPool {
   // The learner has the segments: the orders leave the pool.
   void Retire(const std::vector<int64_t>& order_ids);
 
+  // Orders that were finished and not retired, rising.
+  std::vector<int64_t> finished() const;
   int64_t waiting() const;
   int64_t leased() const;
   int64_t held_by(int64_t actor) const;

@@ -6,6 +6,9 @@
 namespace sinew::learner {
 namespace {
 
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
 constexpr int64_t kFirst = 1, kSecond = 2, kThird = 3;
 constexpr int64_t kFirstIssue = 40;
 const absl::Time kStart = absl::UnixEpoch();
@@ -139,6 +142,23 @@ TEST(OrderPool, IgnoresAnswersForRetiredOrders) {
 
   EXPECT_EQ(pool.waiting(), 0);
   EXPECT_EQ(pool.leased(), 0);
+}
+
+TEST(OrderPool, KnowsWhichOrdersAreFinishedUntilTheyAreAddedAgain) {
+  OrderPool pool(kLate, kFirstIssue);
+  pool.Add(MakeOrders({1, 2, 3}));
+  for (const int64_t id : {1, 2, 3}) {
+    ASSERT_EQ(AssignedId(pool, kFirst, kStart), id);
+  }
+  pool.Finish(kFirst, 3, kFirstIssue + 2);
+  pool.Finish(kFirst, 1, kFirstIssue);
+  EXPECT_THAT(pool.finished(), ElementsAre(1, 3));
+
+  pool.Add(MakeOrders({1}));
+  pool.Retire({3});
+
+  EXPECT_THAT(pool.finished(), IsEmpty());
+  EXPECT_EQ(AssignedId(pool, kFirst, kStart), 1);
 }
 
 }  // namespace

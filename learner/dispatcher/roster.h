@@ -45,6 +45,8 @@ class Roster {
   void AddOrders(const std::vector<v1::Order>& orders) { pool_.Add(orders); }
   void RetireOrders(const std::vector<int64_t>& ids) { pool_.Retire(ids); }
 
+  std::vector<int64_t> finished_orders() const { return pool_.finished(); }
+
   // From now on nobody is admitted and no order is given out; a stream ends
   // once its actor holds nothing.
   void Drain();

@@ -14,6 +14,9 @@ namespace {
 
 // How often replay may forget the orders within one Take.
 constexpr int kMaxReopened = 20;
+// How often orders may be handed out again within one Take because their
+// segments went elsewhere.
+constexpr int kMaxRestored = 20;
 
 v1::OpenRequest::Expected ExpectedOf(const v1::Order& order) {
   v1::OpenRequest::Expected expected;
@@ -129,7 +132,10 @@ absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
   SINEW_RETURN_IF_ERROR(dispatcher_.failure());
   const Clock::TimePoint now = clock_.SteadyNow();
   const int64_t actors = dispatcher_.statistics().actors;
+  // Before replay is asked: what is finished by then is there, or nowhere.
+  const std::vector<int64_t> finished = dispatcher_.Finished();
   const auto status = replay_.GetStatus();
+  if (status.ok()) SINEW_RETURN_IF_ERROR(Restore(finished, *status, wait));
   const int64_t accepted = status.ok() ? status->accepted() : wait.accepted;
   if (accepted != wait.accepted || actors == 0) {
     wait.accepted = accepted;
@@ -149,6 +155,35 @@ absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
     LogInfo("waiting for segments",
             {{"actors", actors}, {"missing", missing.message()}});
   }
+  return absl::OkStatus();
+}
+
+absl::Status ServiceExperience::Restore(
+    const std::vector<int64_t>& finished,
+    const v1::GetReplayStatusResponse& replay, Wait& wait) {
+  // Opening again hands everything out.
+  if (must_reopen_) return absl::OkStatus();
+  std::vector<v1::Order> orders;
+  for (const int64_t id : replay.missing_order_ids()) {
+    const auto order = open_orders_.find(id);
+    if (order != open_orders_.end() &&
+        std::binary_search(finished.begin(), finished.end(), id)) {
+      orders.push_back(order->second);
+    }
+  }
+  if (orders.empty()) return absl::OkStatus();
+  const int64_t first = orders.front().order_id();
+  if (++wait.restored > kMaxRestored) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "order ", first, ": actors have said ", wait.restored,
+        " times that replay answered its segment, and replay misses it: do "
+        "they send to another replay?"));
+  }
+  LogWarning(
+      "replay misses segments that actors call done; giving them out "
+      "again",
+      {{"orders", orders.size()}, {"first", first}});
+  dispatcher_.Add(orders);
   return absl::OkStatus();
 }
 

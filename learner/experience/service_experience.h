@@ -31,15 +31,17 @@ namespace sinew::learner {
 //
 // A replay that is away for a while, or that has forgotten the run (it was
 // started again), is no failure: all open orders are opened and handed out
-// anew, and give the same bytes. While Take waits, it says every `log_period`
-// what is missing and how many actors there are; without any, where they should
-// come to.
+// anew, and give the same bytes. So are orders that actors call done and that
+// this replay misses all the same: another one has their segments. While Take
+// waits, it says every `log_period` what is missing and how many actors there
+// are; without any, where they should come to.
 //
 // Thread-safety: one caller. Ownership: borrows dispatcher, replay, ring and
 // clock. Blocking: Begin for one call to replay; Take until the segments are
 // there, `stop` is requested (CANCELLED), `check` fails, or nothing has come in
 // for `patience` although actors are there (DEADLINE_EXCEEDED), or replay keeps
-// refusing an order's segment (FAILED_PRECONDITION). Errors: those, and what
+// refusing an order's segment or actors keep sending it to another replay
+// (FAILED_PRECONDITION). Errors: those, and what
 // replay refuses for good (INVALID_ARGUMENT, FAILED_PRECONDITION,
 // RESOURCE_EXHAUSTED naming run, order or iteration).
 class ServiceExperience final : public Experience {
@@ -76,6 +78,7 @@ class ServiceExperience final : public Experience {
     Clock::TimePoint give_up;
     int64_t accepted = -1;
     int reopened = 0;
+    int restored = 0;
   };
 
   absl::Status Open(const std::vector<v1::Order>& orders, bool reset);
@@ -85,6 +88,9 @@ class ServiceExperience final : public Experience {
   absl::StatusOr<std::optional<std::vector<replay::SegmentPtr>>> TryTake(
       const std::vector<int64_t>& order_ids, Wait& wait);
   absl::Status CheckProgress(const absl::Status& missing, Wait& wait);
+  // Hands those of `finished` out again that replay misses.
+  absl::Status Restore(const std::vector<int64_t>& finished,
+                       const v1::GetReplayStatusResponse& replay, Wait& wait);
 
   const Options options_;
   Dispatcher& dispatcher_;

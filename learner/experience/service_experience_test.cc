@@ -27,8 +27,10 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::SimulatedClock;
 using ::sinew::testing::StatusIs;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 // A replay that keeps what it is told, may be away and may lose all.
 class FakeReplay final : public replay::Replay {
@@ -60,10 +62,14 @@ class FakeReplay final : public replay::Replay {
     response.set_order_id(order_id);
     response.set_verdict(v1::PutSegmentResponse::VERDICT_UNEXPECTED);
     if (away_ || !expected_.contains(order_id)) return response;
+    response.set_verdict(v1::PutSegmentResponse::VERDICT_ACCEPTED);
+    if (elsewhere_ > 0) {
+      --elsewhere_;
+      return response;
+    }
     segments_[order_id] = std::move(segment);
     ++accepted_;
     changed_.NotifyAll();
-    response.set_verdict(v1::PutSegmentResponse::VERDICT_ACCEPTED);
     return response;
   }
 
@@ -94,6 +100,9 @@ class FakeReplay final : public replay::Replay {
     MutexLock lock(mu_);
     v1::GetReplayStatusResponse status;
     status.set_accepted(accepted_);
+    for (const auto& [id, expected] : expected_) {
+      if (!segments_.contains(id)) status.add_missing_order_ids(id);
+    }
     return status;
   }
 
@@ -101,6 +110,11 @@ class FakeReplay final : public replay::Replay {
     MutexLock lock(mu_);
     away_ = away;
     changed_.NotifyAll();
+  }
+  // So many segments are put to another replay, which takes them.
+  void PutElsewhere(int count) {
+    MutexLock lock(mu_);
+    elsewhere_ = count;
   }
   void Forget() {
     MutexLock lock(mu_);
@@ -123,6 +137,7 @@ class FakeReplay final : public replay::Replay {
   CondVar changed_;
   bool away_ SINEW_GUARDED_BY(mu_) = false;
   bool has_run_ SINEW_GUARDED_BY(mu_) = false;
+  int elsewhere_ SINEW_GUARDED_BY(mu_) = 0;
   int64_t accepted_ SINEW_GUARDED_BY(mu_) = 0;
   std::map<int64_t, v1::OpenRequest::Expected> expected_ SINEW_GUARDED_BY(mu_);
   std::map<int64_t, replay::SegmentPtr> segments_ SINEW_GUARDED_BY(mu_);
@@ -352,6 +367,35 @@ TEST_F(ServiceExperienceTest, HandsOrdersOutAgainIfReplayHasForgottenThem) {
   ASSERT_THAT(segments, IsOk());
   EXPECT_THAT(Ids(*segments), ElementsAre(1, 2));
   EXPECT_TRUE(replay_.requests().back().reset());
+}
+
+TEST_F(ServiceExperienceTest, HandsOrdersOutAgainWhoseSegmentsWentElsewhere) {
+  replay_.PutElsewhere(2);
+  options_.check = [steps = 0]() mutable {
+    return ++steps < 10'000 ? absl::OkStatus() : absl::InternalError("hangs");
+  };
+  ASSERT_THAT(experience().Begin({MakeOrder(1), MakeOrder(2), MakeOrder(3)}),
+              IsOk());
+  StartActor();
+
+  const auto segments = experience().Take({1, 2, 3});
+
+  ASSERT_THAT(segments, IsOk());
+  EXPECT_THAT(Ids(*segments), ElementsAre(1, 2, 3));
+  EXPECT_THAT(log_, HasSubstr("replay misses segments that actors call done"));
+  // What came is not asked for again.
+  EXPECT_THAT(replay_.requests(), SizeIs(1));
+}
+
+TEST_F(ServiceExperienceTest, FailsWhenActorsKeepSendingToAnotherReplay) {
+  replay_.PutElsewhere(1'000'000);
+  ASSERT_THAT(experience().Begin({MakeOrder(7)}), IsOk());
+  StartActor();
+
+  EXPECT_THAT(experience().Take({7}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       AllOf(HasSubstr("order 7"),
+                             HasSubstr("send to another replay?"))));
 }
 
 TEST_F(ServiceExperienceTest, WaitsForAReplayThatIsAway) {
