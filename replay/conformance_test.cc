@@ -98,7 +98,7 @@ using Implementations = ::testing::Types<InProcess, OverGrpc>;
 TYPED_TEST_SUITE(ReplayConformance, Implementations);
 
 TYPED_TEST(ReplayConformance, GivesBackTheSegmentsThatWereOpened) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true), {}), IsOk());
   EXPECT_EQ(this->Put(2, MakeSegmentBytes(2)), Response::VERDICT_ACCEPTED);
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
 
@@ -111,7 +111,7 @@ TYPED_TEST(ReplayConformance, GivesBackTheSegmentsThatWereOpened) {
 }
 
 TYPED_TEST(ReplayConformance, AnswersEachKindOfSegment) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true), {}), IsOk());
   v1::Segment stale = MakeSegment(1);
   stale.set_snapshot_version(4);
   v1::Segment short_of_one = MakeSegment(1);
@@ -131,7 +131,7 @@ TYPED_TEST(ReplayConformance, AnswersEachKindOfSegment) {
 }
 
 TYPED_TEST(ReplayConformance, WaitsForTheLastSegment) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true), {}), IsOk());
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
   std::jthread writer([this] {
     EXPECT_EQ(this->Put(2, MakeSegmentBytes(2)), Response::VERDICT_ACCEPTED);
@@ -141,7 +141,7 @@ TYPED_TEST(ReplayConformance, WaitsForTheLastSegment) {
 }
 
 TYPED_TEST(ReplayConformance, TakesNothingWhenTimeIsUp) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 0, true), {}), IsOk());
   EXPECT_EQ(this->Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
 
   EXPECT_THAT(this->replay().Take(kRun, {1, 2}, absl::Milliseconds(20), {}),
@@ -150,7 +150,7 @@ TYPED_TEST(ReplayConformance, TakesNothingWhenTimeIsUp) {
 }
 
 TYPED_TEST(ReplayConformance, StopsWaitingWhenAsked) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true), {}), IsOk());
   std::stop_source stop;
   stop.request_stop();
 
@@ -158,8 +158,21 @@ TYPED_TEST(ReplayConformance, StopsWaitingWhenAsked) {
               StatusIs(absl::StatusCode::kCancelled));
 }
 
+TYPED_TEST(ReplayConformance, AnswersOrIsCancelledWhenStopped) {
+  std::stop_source stop;
+  stop.request_stop();
+  const auto at_once =
+      AnyOf(absl::StatusCode::kOk, absl::StatusCode::kCancelled);
+
+  EXPECT_THAT(
+      this->replay().Open(MakeOpen({1}, 0, true), stop.get_token()).code(),
+      at_once);
+  EXPECT_THAT(this->replay().GetStatus(stop.get_token()).status().code(),
+              at_once);
+}
+
 TYPED_TEST(ReplayConformance, SaysWhatIsWrongWithARequest) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1}, 0, true), {}), IsOk());
 
   EXPECT_THAT(
       this->replay().Take(kRun, {5}, kLong, {}),
@@ -168,20 +181,20 @@ TYPED_TEST(ReplayConformance, SaysWhatIsWrongWithARequest) {
               StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_THAT(this->replay().Take("other", {1}, kLong, {}),
               StatusIs(absl::StatusCode::kFailedPrecondition));
-  EXPECT_THAT(this->replay().Open(MakeOpen({1, 2, 3})),
+  EXPECT_THAT(this->replay().Open(MakeOpen({1, 2, 3}), {}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        HasSubstr("replay_bytes")));
   v1::OpenRequest wrong = MakeOpen({2});
   wrong.mutable_layout()->mutable_columns(0)->set_name("else");
   EXPECT_THAT(
-      this->replay().Open(wrong),
+      this->replay().Open(wrong, {}),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("layout_sha256")));
 }
 
 TYPED_TEST(ReplayConformance, MakesAWriterWaitForRoom) {
   // Room for two segments: iteration 1 keeps it for its own.
-  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 1, true)), IsOk());
-  ASSERT_THAT(this->replay().Open(MakeOpen({3}, 2)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 2}, 1, true), {}), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({3}, 2), {}), IsOk());
 
   EXPECT_THAT(this->replay().Put(kRun, 3, MakeSegmentBytes(3, 2),
                                  absl::Milliseconds(20)),
@@ -195,12 +208,12 @@ TYPED_TEST(ReplayConformance, MakesAWriterWaitForRoom) {
 }
 
 TYPED_TEST(ReplayConformance, ReportsItsState) {
-  ASSERT_THAT(this->replay().Open(MakeOpen({1, 3}, 0, true)), IsOk());
+  ASSERT_THAT(this->replay().Open(MakeOpen({1, 3}, 0, true), {}), IsOk());
   const std::string bytes = MakeSegmentBytes(1);
   this->Put(1, bytes);
   this->Put(2, bytes);
 
-  const auto status = this->replay().GetStatus();
+  const auto status = this->replay().GetStatus({});
 
   ASSERT_THAT(status, IsOk());
   EXPECT_EQ(status->bytes(), static_cast<int64_t>(bytes.size()));

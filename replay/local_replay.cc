@@ -7,7 +7,8 @@
 
 namespace sinew::replay {
 
-absl::Status LocalReplay::Open(const v1::OpenRequest& request) {
+absl::Status LocalReplay::Open(const v1::OpenRequest& request,
+                               const std::stop_token& /*stop*/) {
   return table_.Open(request);
 }
 
@@ -33,7 +34,8 @@ absl::StatusOr<std::vector<SegmentPtr>> LocalReplay::Take(
   return segments;
 }
 
-absl::StatusOr<v1::GetReplayStatusResponse> LocalReplay::GetStatus() {
+absl::StatusOr<v1::GetReplayStatusResponse> LocalReplay::GetStatus(
+    const std::stop_token& /*stop*/) {
   return table_.Status();
 }
 

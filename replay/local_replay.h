@@ -18,7 +18,8 @@ class LocalReplay : public Replay {
  public:
   explicit LocalReplay(Table& table) : table_(table) {}
 
-  absl::Status Open(const v1::OpenRequest& request) override;
+  absl::Status Open(const v1::OpenRequest& request,
+                    const std::stop_token& stop) override;
   absl::StatusOr<v1::PutSegmentResponse> Put(const std::string& run_id,
                                              int64_t order_id,
                                              absl::string_view bytes,
@@ -26,7 +27,8 @@ class LocalReplay : public Replay {
   absl::StatusOr<std::vector<SegmentPtr>> Take(
       const std::string& run_id, absl::Span<const int64_t> order_ids,
       absl::Duration timeout, const std::stop_token& stop) override;
-  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() override;
+  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus(
+      const std::stop_token& stop) override;
 
  private:
   Table& table_;

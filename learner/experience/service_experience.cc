@@ -70,7 +70,7 @@ absl::Status ServiceExperience::Open(const std::vector<v1::Order>& orders,
   for (const v1::Order& order : orders) {
     *request.add_expected() = ExpectedOf(order);
   }
-  return replay_.Open(request);
+  return replay_.Open(request, options_.stop);
 }
 
 absl::Status ServiceExperience::Reopen() {
@@ -94,15 +94,22 @@ absl::Status ServiceExperience::Begin(const std::vector<v1::Order>& orders) {
     if (absl::IsNotFound(status)) status = Reopen();
   }
   if (!IsAway(status) && !absl::IsDeadlineExceeded(status)) return status;
-  // Take tries again, for as long as it takes.
-  LogWarning("replay is away", {{"error", status.message()}});
+  // Take tries again, for as long as it takes, or hears of the stop.
   must_reopen_ = true;
+  if (!options_.stop.stop_requested()) {
+    LogWarning("replay is away", {{"error", status.message()}});
+  }
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::optional<std::vector<replay::SegmentPtr>>>
 ServiceExperience::TryTake(const std::vector<int64_t>& order_ids, Wait& wait) {
-  absl::Status status = must_reopen_ ? Reopen() : absl::OkStatus();
+  absl::Status status;
+  if (options_.stop.stop_requested() && must_reopen_) {
+    status = absl::CancelledError("stopped");
+  } else if (must_reopen_) {
+    status = Reopen();
+  }
   if (status.ok()) {
     auto taken =
         replay_.Take(options_.run_id, order_ids, options_.step, options_.stop);
@@ -134,7 +141,9 @@ absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
   const int64_t actors = dispatcher_.statistics().actors;
   // Before replay is asked: what is finished by then is there, or nowhere.
   const std::vector<int64_t> finished = dispatcher_.Finished();
-  const auto status = replay_.GetStatus();
+  // One that is away need not be waited for twice.
+  absl::StatusOr<v1::GetReplayStatusResponse> status = missing;
+  if (!must_reopen_) status = replay_.GetStatus(options_.stop);
   if (status.ok()) SINEW_RETURN_IF_ERROR(Restore(finished, *status, wait));
   const int64_t accepted = status.ok() ? status->accepted() : wait.accepted;
   if (accepted != wait.accepted || actors == 0) {
@@ -161,8 +170,6 @@ absl::Status ServiceExperience::CheckProgress(const absl::Status& missing,
 absl::Status ServiceExperience::Restore(
     const std::vector<int64_t>& finished,
     const v1::GetReplayStatusResponse& replay, Wait& wait) {
-  // Opening again hands everything out.
-  if (must_reopen_) return absl::OkStatus();
   std::vector<v1::Order> orders;
   for (const int64_t id : replay.missing_order_ids()) {
     const auto order = open_orders_.find(id);

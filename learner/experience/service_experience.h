@@ -37,12 +37,12 @@ namespace sinew::learner {
 // are; without any, where they should come to.
 //
 // Thread-safety: one caller. Ownership: borrows dispatcher, replay, ring and
-// clock. Blocking: Begin for one call to replay; Take until the segments are
-// there, `stop` is requested (CANCELLED), `check` fails, or nothing has come in
-// for `patience` although actors are there (DEADLINE_EXCEEDED), or replay keeps
-// refusing an order's segment or actors keep sending it to another replay
-// (FAILED_PRECONDITION). Errors: those, and what
-// replay refuses for good (INVALID_ARGUMENT, FAILED_PRECONDITION,
+// clock. Blocking: Begin for one call to replay, or until `stop`; Take until
+// the segments are there, `stop` is requested (CANCELLED), `check` fails, or
+// nothing has come in for `patience` although actors are there
+// (DEADLINE_EXCEEDED), or replay keeps refusing an order's segment or actors
+// keep sending it to another replay (FAILED_PRECONDITION). Errors: those, and
+// what replay refuses for good (INVALID_ARGUMENT, FAILED_PRECONDITION,
 // RESOURCE_EXHAUSTED naming run, order or iteration).
 class ServiceExperience final : public Experience {
  public:

@@ -17,6 +17,7 @@
 #include "common/digest.h"
 #include "common/logging.h"
 #include "common/mutex.h"
+#include "common/status_macros.h"
 #include "common/testing/matchers.h"
 #include "common/testing/simulated_clock.h"
 #include "learner/dispatcher/testing/dispatcher_rig.h"
@@ -30,14 +31,16 @@ using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 // A replay that keeps what it is told, may be away and may lose all.
 class FakeReplay final : public replay::Replay {
  public:
-  absl::Status Open(const v1::OpenRequest& request) override {
+  absl::Status Open(const v1::OpenRequest& request,
+                    const std::stop_token& stop) override {
     MutexLock lock(mu_);
-    if (away_) return absl::UnavailableError("replay: nobody is there");
+    SINEW_RETURN_IF_ERROR(AwaitPeer(stop));
     if (request.reset()) {
       segments_.clear();
       expected_.clear();
@@ -96,8 +99,10 @@ class FakeReplay final : public replay::Replay {
     return result;
   }
 
-  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() override {
+  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus(
+      const std::stop_token& stop) override {
     MutexLock lock(mu_);
+    SINEW_RETURN_IF_ERROR(AwaitPeer(stop));
     v1::GetReplayStatusResponse status;
     status.set_accepted(accepted_);
     for (const auto& [id, expected] : expected_) {
@@ -106,6 +111,17 @@ class FakeReplay final : public replay::Replay {
     return status;
   }
 
+  // Nobody is there, and calls wait for the peer until they are stopped.
+  void Hang() {
+    MutexLock lock(mu_);
+    hangs_ = away_ = true;
+    changed_.NotifyAll();
+  }
+  // Returns once somebody waits so.
+  void AwaitCaller() {
+    MutexLock lock(mu_);
+    while (waiting_ == 0) changed_.Wait(mu_, {});
+  }
   void SetAway(bool away) {
     MutexLock lock(mu_);
     away_ = away;
@@ -133,8 +149,20 @@ class FakeReplay final : public replay::Replay {
   }
 
  private:
+  absl::Status AwaitPeer(const std::stop_token& stop) SINEW_REQUIRES(mu_) {
+    if (!away_) return absl::OkStatus();
+    ++waiting_;
+    changed_.NotifyAll();
+    while (hangs_ && changed_.Wait(mu_, stop)) {
+    }
+    return hangs_ ? absl::CancelledError("replay: cancelled")
+                  : absl::UnavailableError("replay: nobody is there");
+  }
+
   Mutex mu_;
   CondVar changed_;
+  bool hangs_ SINEW_GUARDED_BY(mu_) = false;
+  int waiting_ SINEW_GUARDED_BY(mu_) = 0;
   bool away_ SINEW_GUARDED_BY(mu_) = false;
   bool has_run_ SINEW_GUARDED_BY(mu_) = false;
   int elsewhere_ SINEW_GUARDED_BY(mu_) = 0;
@@ -297,7 +325,7 @@ TEST_F(ServiceExperienceTest, CanBeAskedAgainAfterItWasStopped) {
   StartActor();
   // The segment comes although nobody waits.
   while (true) {
-    const auto status = replay_.GetStatus();
+    const auto status = replay_.GetStatus({});
     ASSERT_THAT(status, IsOk());
     if (status->accepted() == 1) break;
     std::this_thread::yield();
@@ -408,6 +436,19 @@ TEST_F(ServiceExperienceTest, WaitsForAReplayThatIsAway) {
   ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
 
   EXPECT_THAT(experience().Take({1}), IsOk());
+}
+
+TEST_F(ServiceExperienceTest, StopsAtOnceWhileItWaitsForAReplayThatIsAway) {
+  replay_.Hang();
+  const std::jthread stopper([this] {
+    replay_.AwaitCaller();
+    stop_.request_stop();
+  });
+
+  EXPECT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}), StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_THAT(log_, Not(HasSubstr("replay is away")));
 }
 
 TEST_F(ServiceExperienceTest, PublishesBytesUnderTheirDigest) {

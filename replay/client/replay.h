@@ -31,8 +31,10 @@ using SegmentPtr = std::shared_ptr<const v1::Segment>;
 // what another one left.
 //
 // Thread-safety: any thread. Ownership: results are shared. Blocking: each call
-// at most its timeout. Errors: name run and order, expected and found; from a
-// peer also UNAVAILABLE and DEADLINE_EXCEEDED, which name it.
+// at most its timeout, and of those with a `stop` none for longer than that is
+// not requested (CANCELLED; a call that needs no waiting may be done all the
+// same). Errors: name run and order, expected and found; from a peer also
+// UNAVAILABLE and DEADLINE_EXCEEDED, which name it.
 class Replay {
  public:
   virtual ~Replay() = default;
@@ -42,7 +44,8 @@ class Replay {
   // a layout that is not the one of `layout_sha256`. FAILED_PRECONDITION: the
   // table holds another run; NOT_FOUND: none yet. RESOURCE_EXHAUSTED: one
   // iteration's segments may not fit into the table, which could wait for ever.
-  virtual absl::Status Open(const v1::OpenRequest& request) = 0;
+  virtual absl::Status Open(const v1::OpenRequest& request,
+                            const std::stop_token& stop) = 0;
 
   // Puts one serialised segment and waits for the verdict: while the table has
   // no room, up to `timeout`. After DEADLINE_EXCEEDED a peer may have taken it
@@ -62,7 +65,8 @@ class Replay {
       absl::Duration timeout, const std::stop_token& stop) = 0;
 
   // Bytes, limit and counters.
-  virtual absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() = 0;
+  virtual absl::StatusOr<v1::GetReplayStatusResponse> GetStatus(
+      const std::stop_token& stop) = 0;
 };
 
 }  // namespace sinew::replay

@@ -15,8 +15,9 @@ namespace {
 
 // gRPC says CANCELLED of a call that reaches a server which is shutting down.
 // To whoever did not cancel it, the peer is away.
-absl::Status AwayIfCancelled(const absl::Status& status) {
-  if (!absl::IsCancelled(status)) return status;
+absl::Status AwayIfCancelled(const absl::Status& status,
+                             const std::stop_token& stop) {
+  if (!absl::IsCancelled(status) || stop.stop_requested()) return status;
   return absl::UnavailableError(
       absl::StrCat(status.message(), " (the peer ended the call)"));
 }
@@ -63,13 +64,16 @@ ReplayClient::ReplayClient(std::shared_ptr<grpc::Channel> channel,
       stub_(v1::Replay::NewStub(channel_)),
       options_(std::move(options)) {}
 
-absl::Status ReplayClient::Open(const v1::OpenRequest& request) {
+absl::Status ReplayClient::Open(const v1::OpenRequest& request,
+                                const std::stop_token& stop) {
   grpc::ClientContext context;
   rpc::SetTimeout(context, options_.timeout);
   context.set_wait_for_ready(true);
+  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::OpenResponse response;
   return AwayIfCancelled(
-      rpc::FromGrpc(stub_->Open(&context, request, &response), options_.peer));
+      rpc::FromGrpc(stub_->Open(&context, request, &response), options_.peer),
+      stop);
 }
 
 absl::StatusOr<v1::PutSegmentResponse> ReplayClient::Put(
@@ -80,7 +84,7 @@ absl::StatusOr<v1::PutSegmentResponse> ReplayClient::Put(
   stream.Write(run_id, order_id, bytes);
   stream.CloseWrites();
   auto verdict = stream.Read();
-  if (!verdict.ok()) return AwayIfCancelled(verdict.status());
+  if (!verdict.ok()) return AwayIfCancelled(verdict.status(), {});
   return verdict;
 }
 
@@ -102,19 +106,22 @@ absl::StatusOr<std::vector<SegmentPtr>> ReplayClient::Take(
   if (!status.ok()) context.TryCancel();
   const absl::Status finished = rpc::FromGrpc(reader->Finish(), options_.peer);
   SINEW_RETURN_IF_ERROR(WithContext(status, options_.peer));
-  SINEW_RETURN_IF_ERROR(stop.stop_requested() ? finished
-                                              : AwayIfCancelled(finished));
+  SINEW_RETURN_IF_ERROR(AwayIfCancelled(finished, stop));
   return collector.Finish(order_ids.size());
 }
 
-absl::StatusOr<v1::GetReplayStatusResponse> ReplayClient::GetStatus() {
+absl::StatusOr<v1::GetReplayStatusResponse> ReplayClient::GetStatus(
+    const std::stop_token& stop) {
   grpc::ClientContext context;
   rpc::SetTimeout(context, options_.timeout);
   context.set_wait_for_ready(true);
+  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::GetReplayStatusResponse response;
-  SINEW_RETURN_IF_ERROR(AwayIfCancelled(rpc::FromGrpc(
-      stub_->GetStatus(&context, v1::GetReplayStatusRequest(), &response),
-      options_.peer)));
+  SINEW_RETURN_IF_ERROR(AwayIfCancelled(
+      rpc::FromGrpc(
+          stub_->GetStatus(&context, v1::GetReplayStatusRequest(), &response),
+          options_.peer),
+      stop));
   return response;
 }
 

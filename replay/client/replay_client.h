@@ -29,7 +29,8 @@ class ReplayClient : public Replay {
 
   ReplayClient(std::shared_ptr<grpc::Channel> channel, Options options);
 
-  absl::Status Open(const v1::OpenRequest& request) override;
+  absl::Status Open(const v1::OpenRequest& request,
+                    const std::stop_token& stop) override;
   absl::StatusOr<v1::PutSegmentResponse> Put(const std::string& run_id,
                                              int64_t order_id,
                                              absl::string_view bytes,
@@ -37,7 +38,8 @@ class ReplayClient : public Replay {
   absl::StatusOr<std::vector<SegmentPtr>> Take(
       const std::string& run_id, absl::Span<const int64_t> order_ids,
       absl::Duration timeout, const std::stop_token& stop) override;
-  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus() override;
+  absl::StatusOr<v1::GetReplayStatusResponse> GetStatus(
+      const std::stop_token& stop) override;
 
  private:
   const std::shared_ptr<grpc::Channel> channel_;

@@ -52,10 +52,10 @@ TEST(ReplayServer, ServesATableOnThePortThatItFinds) {
   ASSERT_THAT(server, IsOk());
   const auto client = Connect((*server)->address());
 
-  ASSERT_THAT(client->Open(MakeOpen({1}, 0, true)), IsOk());
+  ASSERT_THAT(client->Open(MakeOpen({1}, 0, true), {}), IsOk());
   ASSERT_THAT(client->Put(kRun, 1, MakeSegmentBytes(1), kLong), IsOk());
   EXPECT_THAT(client->Take(kRun, {1}, kLong, {}), IsOk());
-  EXPECT_EQ(client->GetStatus()->limit_bytes(), 256 << 20);
+  EXPECT_EQ(client->GetStatus({})->limit_bytes(), 256 << 20);
 }
 
 TEST(ReplayServer, NamesAnAddressThatIsInUse) {
@@ -81,7 +81,7 @@ TEST(ReplayServer, TellsWhoeverWaitsThatItGoesAway) {
   const auto server =
       ReplayServer::Create({.address = "127.0.0.1:0", .security = {}});
   ASSERT_THAT(server, IsOk());
-  ASSERT_THAT(Connect((*server)->address())->Open(MakeOpen({1}, 0, true)),
+  ASSERT_THAT(Connect((*server)->address())->Open(MakeOpen({1}, 0, true), {}),
               IsOk());
   const auto stub =
       v1::Replay::NewStub(*rpc::MakeChannel((*server)->address(), {}));
@@ -130,9 +130,22 @@ TEST(ReplayClient, FindsThatAPeerIsAwayWhichCancelsItsCalls) {
   const auto is_away = StatusIs(absl::StatusCode::kUnavailable,
                                 HasSubstr("the peer ended the call"));
 
-  EXPECT_THAT(client->Open(MakeOpen({1}, 0, true)), is_away);
+  EXPECT_THAT(client->Open(MakeOpen({1}, 0, true), {}), is_away);
   EXPECT_THAT(client->Put(kRun, 1, MakeSegmentBytes(1), kLong), is_away);
   EXPECT_THAT(client->Take(kRun, {1}, kLong, {}), is_away);
+}
+
+// Without the stop, each call waits for half a minute.
+TEST(ReplayClient, DoesNotWaitForAPeerThatIsAwayOnceStopped) {
+  const rpc::SocketFolder folder;
+  const auto client = Connect(folder.Address("nobody"));
+  StopSource stop;
+  const std::jthread stopper([&] { stop.request_stop(); });
+
+  EXPECT_THAT(client->Open(MakeOpen({1}, 0, true), stop.get_token()),
+              StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_THAT(client->GetStatus(stop.get_token()),
+              StatusIs(absl::StatusCode::kCancelled));
 }
 
 TEST(RunReplay, EndsWhenAskedTo) {

@@ -124,7 +124,7 @@ struct Cost {
 absl::StatusOr<Cost> Measure(const Iteration& iteration,
                              replay::SegmentStream& stream,
                              replay::Replay& replay) {
-  SINEW_RETURN_IF_ERROR(replay.Open(iteration.open));
+  SINEW_RETURN_IF_ERROR(replay.Open(iteration.open, {}));
   const std::clock_t cpu = std::clock();
   const auto begin = std::chrono::steady_clock::now();
   absl::Status sent;

@@ -274,7 +274,7 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
   SINEW_ASSIGN_OR_RETURN(services_, RunServices::Start(services));
   if (!options_.replay_address.empty()) {
     // One that is away may come; what it then has no room for ends the run.
-    const auto replay = services_->replay().GetStatus();
+    const auto replay = services_->replay().GetStatus(stop_);
     if (replay.ok()) {
       SINEW_RETURN_IF_ERROR(
           CheckReplay(options_.recipe, setup, replay->limit_bytes()));
