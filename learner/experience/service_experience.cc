@@ -5,7 +5,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "common/logging.h"
-#include "common/rpc/retry.h"
 #include "common/rpc/status.h"
 #include "common/status_macros.h"
 
@@ -48,7 +47,8 @@ ServiceExperience::ServiceExperience(Options options, Dispatcher& dispatcher,
       dispatcher_(dispatcher),
       replay_(replay),
       snapshots_(snapshots),
-      clock_(clock) {}
+      clock_(clock),
+      backoff_(options_.backoff, rpc::FreshSeed()) {}
 
 absl::Status ServiceExperience::Publish(const PublishedSnapshot& snapshot) {
   const std::string sha256 = snapshots_.Put(snapshot.bytes);
@@ -78,6 +78,7 @@ absl::Status ServiceExperience::Reopen() {
   for (const auto& [id, order] : open_orders_) orders.push_back(order);
   SINEW_RETURN_IF_ERROR(Open(orders, /*reset=*/true));
   must_reopen_ = false;
+  backoff_.Reset();
   dispatcher_.Add(orders);
   return absl::OkStatus();
 }
@@ -120,8 +121,11 @@ ServiceExperience::TryTake(const std::vector<int64_t>& order_ids, Wait& wait) {
     return absl::CancelledError("stopped while waiting for segments");
   }
   if (IsAway(status)) {
+    if (!must_reopen_) {
+      LogWarning("replay is away", {{"error", status.message()}});
+    }
     must_reopen_ = true;
-    rpc::WaitFor(options_.step, options_.stop);
+    rpc::WaitFor(backoff_.Next(), options_.stop);
   } else if (absl::IsNotFound(status) && ++wait.reopened <= kMaxReopened) {
     LogWarning("replay has forgotten orders; giving them out again",
                {{"error", status.message()}});

@@ -13,6 +13,7 @@
 #include "absl/time/time.h"
 #include "common/blobs/blob_ring.h"
 #include "common/clock.h"
+#include "common/rpc/retry.h"
 #include "common/stop.h"
 #include "learner/dispatcher/dispatcher.h"
 #include "learner/trainer/experience.h"
@@ -54,10 +55,12 @@ class ServiceExperience final : public Experience {
     v1::StateLimits limits;
     // Where actors find the dispatcher; for messages.
     std::string address;
-    // Between two looks at `check`.
+    // Between two looks at `check`, where replay is there.
     absl::Duration step = absl::Seconds(1);
     absl::Duration log_period = absl::Seconds(10);
     absl::Duration patience = absl::Minutes(10);
+    // Pauses between attempts while replay is away.
+    rpc::BackoffOptions backoff = {.longest = absl::Seconds(5)};
     // Asked at each step; its failure ends Take. Unset: all is well.
     std::function<absl::Status()> check = {};
     StopToken stop = {};
@@ -100,6 +103,7 @@ class ServiceExperience final : public Experience {
 
   // Begun and not taken, by id.
   std::map<int64_t, v1::Order> open_orders_;
+  rpc::Backoff backoff_;
   // Replay does not expect (all of) them: at the start, or after a failure.
   bool must_reopen_ = true;
 };

@@ -201,6 +201,7 @@ class ServiceExperienceTest : public ::testing::Test {
     options_.limits.set_joints(5);
     options_.address = "host:7000";
     options_.step = absl::Milliseconds(2);
+    options_.backoff = {.initial = options_.step, .longest = options_.step};
     options_.stop = stop_.get_token();
     Logger::Options log;
     auto logger = Logger::Create(log, clock_);
@@ -449,6 +450,21 @@ TEST_F(ServiceExperienceTest, StopsAtOnceWhileItWaitsForAReplayThatIsAway) {
 
   EXPECT_THAT(experience().Take({1}), StatusIs(absl::StatusCode::kCancelled));
   EXPECT_THAT(log_, Not(HasSubstr("replay is away")));
+}
+
+TEST_F(ServiceExperienceTest, LooksForAReplayThatIsAwayMoreOftenThanItSteps) {
+  options_.step = absl::Hours(1);
+  options_.backoff = {.initial = absl::Milliseconds(1),
+                      .longest = absl::Milliseconds(2)};
+  replay_.SetAway(true);
+  options_.check = [this, steps = 0]() mutable {
+    if (++steps == 3) replay_.SetAway(false);
+    return absl::OkStatus();
+  };
+  StartActor();
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+
+  EXPECT_THAT(experience().Take({1}), IsOk());
 }
 
 TEST_F(ServiceExperienceTest, PublishesBytesUnderTheirDigest) {

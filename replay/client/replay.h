@@ -56,10 +56,10 @@ class Replay {
 
   // Waits until the segments of all `order_ids` are there and takes them out,
   // in rising order of order_id. DEADLINE_EXCEEDED: some are missing (the
-  // message says how many and names the first); CANCELLED: `stop`; nothing is
-  // taken then. NOT_FOUND: an order, or any run, is not open. If the connection
-  // broke just as the last bytes left the peer, a second Take gives NOT_FOUND:
-  // open the orders again.
+  // message says how many and names the first, unless the peer is away or
+  // late); CANCELLED: `stop`; nothing is taken then. NOT_FOUND: an order, or
+  // any run, is not open. If the connection broke just as the last bytes left
+  // the peer, a second Take gives NOT_FOUND: open the orders again.
   virtual absl::StatusOr<std::vector<SegmentPtr>> Take(
       const std::string& run_id, absl::Span<const int64_t> order_ids,
       absl::Duration timeout, const std::stop_token& stop) = 0;
