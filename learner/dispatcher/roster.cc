@@ -179,7 +179,7 @@ void Roster::DrainOne(Session& session) {
   session.want = 0;
   for (int64_t id : session.DropQueuedOrders()) pool_.Return(session.id, id);
   v1::DispatcherMessage message;
-  message.mutable_drain()->set_reason("the learner has finished");
+  message.mutable_drain()->set_reason("the learner has no more orders");
   session.Push(std::move(message));
 }
 

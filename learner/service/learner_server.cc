@@ -44,6 +44,7 @@ absl::StatusOr<std::unique_ptr<LearnerServer>> LearnerServer::Start(
 
 LearnerServer::~LearnerServer() {
   if (server_ == nullptr) return;
+  dispatcher_->Interrupt();
   dispatcher_->Shutdown(absl::Now());
   server_->Shutdown(kShutdownTimeout);
 }

@@ -54,7 +54,8 @@ class LearnerServer {
   // No more orders: actors finish what they hold and go, or are cut off after
   // `timeout`.
   void Drain(absl::Duration timeout);
-  // Ends all streams, so that actors come back to the next learner here.
+  // Ends all streams, so that actors come back to the next learner here. So
+  // does the destructor, where neither was called.
   void Interrupt();
 
  private:

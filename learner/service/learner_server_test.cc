@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "common/blobs/blob_client.h"
 #include "common/blobs/blob_ring.h"
@@ -59,15 +60,31 @@ TEST_F(LearnerServerTest, ServesSnapshotsAndAssetsByDigest) {
   EXPECT_EQ(**second, "asset");
 }
 
-TEST_F(LearnerServerTest, EndsTheStreamsOfActorsWhenItDrains) {
-  const auto server = LearnerServer::Start(Options());
-  ASSERT_THAT(server, IsOk());
-  DispatchStream stream(Channel(), "learner");
+v1::ActorMessage::Register MakeRegister() {
   v1::ActorMessage::Register request;
   request.set_protocol_version(1);
   request.set_build("build");
   request.set_threads(1);
-  ASSERT_THAT(stream.Register(request, kLong), IsOk());
+  return request;
+}
+
+TEST_F(LearnerServerTest, TellsNobodyToGoWhereItEndsWithoutHavingDrained) {
+  auto server = LearnerServer::Start(Options());
+  ASSERT_THAT(server, IsOk());
+  DispatchStream stream(Channel(), "learner");
+  ASSERT_THAT(stream.Register(MakeRegister(), kLong), IsOk());
+
+  const std::jthread end([&] { server->reset(); });
+
+  EXPECT_THAT(stream.Read(), StatusIs(absl::StatusCode::kUnavailable,
+                                      HasSubstr("going away")));
+}
+
+TEST_F(LearnerServerTest, EndsTheStreamsOfActorsWhenItDrains) {
+  const auto server = LearnerServer::Start(Options());
+  ASSERT_THAT(server, IsOk());
+  DispatchStream stream(Channel(), "learner");
+  ASSERT_THAT(stream.Register(MakeRegister(), kLong), IsOk());
 
   (*server)->Drain(kLong);
 

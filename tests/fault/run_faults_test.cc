@@ -192,6 +192,71 @@ TEST(RunFaultsTest, APortInUseIsNamed) {
   EXPECT_THAT(rig.Output("learner"), HasSubstr(address));
 }
 
+TEST(RunFaultsTest, ActorsStayForTheRunThatWasStoppedAndFollowItToItsReplay) {
+  const TrainingRig rig;
+  const auto replay = [&rig](const std::string& name) {
+    return rig.Start(name, {"replay", "--listen", "127.0.0.1:0"});
+  };
+  const auto first_replay = replay("replay1");
+  const auto second_replay = replay("replay2");
+  const auto first = rig.Start(
+      "learner1", rig.Learner("run", 0,
+                              {"--listen", "127.0.0.1:0", "--replay",
+                               rig.AwaitAddress(*first_replay, "replay1")}));
+  const std::string address = rig.AwaitAddress(*first, "learner1");
+  const auto actor =
+      rig.Start("actor", {"actor", "--learner", address, "--cache",
+                          rig.Path("cache"), "--threads", "1"});
+  rig.AwaitRows(*first, "run", 2);
+
+  first->Signal(SIGTERM);
+  const auto stopped = first->Wait(absl::Minutes(1));
+  ASSERT_TRUE(stopped.ok() && stopped->ok()) << rig.Output("learner1");
+  const int end = rig.Rows("run") + 2;
+  const auto second = rig.Start(
+      "learner2", rig.Learner("run", end,
+                              {"--listen", address, "--replay",
+                               rig.AwaitAddress(*second_replay, "replay2")}));
+
+  const auto done = second->Wait(absl::Minutes(2));
+  ASSERT_TRUE(done.ok() && done->ok())
+      << rig.Output("learner2") << rig.Output("actor");
+  const auto gone = actor->Wait(absl::Minutes(1));
+  ASSERT_TRUE(gone.ok() && gone->ok()) << rig.Output("actor");
+  EXPECT_THAT(rig.Output("actor"),
+              AllOf(HasSubstr("the learner is going away"),
+                    HasSubstr("the learner has no more orders")));
+}
+
+TEST(RunFaultsTest, ALearnerStopsSoonThoughReplayIsAway) {
+  const TrainingRig rig;
+  const auto replay =
+      rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
+  const auto learner =
+      rig.Start("learner", rig.Learner("run", 0,
+                                       {"--listen", "127.0.0.1:0", "--replay",
+                                        rig.AwaitAddress(*replay, "replay")}));
+  const auto actor = rig.Start(
+      "actor", {"actor", "--learner", rig.AwaitAddress(*learner, "learner"),
+                "--cache", rig.Path("cache"), "--threads", "1"});
+  rig.AwaitRows(*learner, "run", 2);
+  replay->Signal(SIGKILL);
+  ASSERT_TRUE(replay->Wait(absl::Minutes(1)).ok());
+  Await(*learner, [&rig] {
+    return rig.Output("learner").find("replay is away") != std::string::npos;
+  });
+
+  learner->Signal(SIGTERM);
+
+  // Calls to replay would wait for half a minute each.
+  const auto end = learner->Wait(absl::Seconds(40));
+  ASSERT_TRUE(end.ok() && end->ok()) << rig.Output("learner");
+  EXPECT_EQ(rig.StateOf("run").counters.iteration(), rig.Rows("run"));
+  EXPECT_TRUE(IsRunning(actor->pid()));
+  actor->Signal(SIGTERM);
+  EXPECT_TRUE(actor->Wait(absl::Minutes(1)).ok());
+}
+
 TEST(RunFaultsTest, AnActorThatIsKilledIsReplaced) {
   const TrainingRig rig;
   rig.MustRun("straight", rig.Train("straight", 6));

@@ -35,13 +35,13 @@ absl::Status RunLearner(const LearnerOptions& options, const StopToken& stop) {
   if (run_options.recipe.has_procedure()) {
     ServedStages stages(clock, stop);
     const absl::Status status = RunProcedure(run_options, stages.Steps(), stop);
-    stages.Drain(kDrainTimeout);
+    stages.Leave(status.ok() && !stop.stop_requested(), kDrainTimeout);
     return status;
   }
   SINEW_ASSIGN_OR_RETURN(const std::unique_ptr<TrainingRun> run,
                          TrainingRun::Open(run_options, clock, stop));
   const absl::Status status = run->Train();
-  run->Drain(kDrainTimeout);
+  run->Leave(kDrainTimeout);
   return status;
 }
 

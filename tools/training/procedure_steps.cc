@@ -46,8 +46,13 @@ absl::StatusOr<TrainingRun::Result> ServedStages::Train(
   return last_->result();
 }
 
-void ServedStages::Drain(absl::Duration timeout) {
-  if (last_ != nullptr) last_->Drain(timeout);
+void ServedStages::Leave(bool done, absl::Duration timeout) {
+  if (last_ == nullptr) return;
+  if (done) {
+    last_->Drain(timeout);
+  } else {
+    last_->Interrupt();
+  }
 }
 
 }  // namespace sinew::tools

@@ -49,8 +49,9 @@ class ServedStages {
 
   // Borrows this.
   ProcedureSteps Steps();
-  // Actors of the last stage go, or are cut off after `timeout`.
-  void Drain(absl::Duration timeout);
+  // Actors of the last stage go, or are cut off after `timeout`; if the
+  // procedure is to go on (`done` is false), they wait for that instead.
+  void Leave(bool done, absl::Duration timeout);
 
  private:
   absl::StatusOr<TrainingRun::Result> Train(

@@ -141,6 +141,11 @@ class TrainingRun {
   void Drain(absl::Duration timeout) { services_->Drain(timeout); }
   // Instead: actors come back to the next run at this address.
   void Interrupt() { services_->Interrupt(); }
+  // The one or the other: a run that is over has no more orders; one that was
+  // stopped or has failed is to go on, and its actors wait for that.
+  void Leave(absl::Duration timeout) {
+    IsDone() ? Drain(timeout) : Interrupt();
+  }
 
  private:
   TrainingRun(const Options& options, Clock& clock, const StopToken& stop);
