@@ -33,7 +33,9 @@ absl::Status OtherRun(const std::string& expected, const std::string& found) {
 }  // namespace
 
 Table::Table(const Options& options, ReplayMetrics& metrics)
-    : options_(options), metrics_(metrics) {
+    : options_(options),
+      metrics_(metrics),
+      claim_(options.clock != nullptr ? *options.clock : system_clock_) {
   SINEW_CHECK(options_.limit_bytes >= 1) << options_.limit_bytes;
   metrics_.limit_bytes.Set(static_cast<double>(options_.limit_bytes));
 }
@@ -124,10 +126,13 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
   }
   MutexLock lock(mu_);
   if (request.reset()) {
+    SINEW_RETURN_IF_ERROR(WithContext(claim_.Begin(request.run_id()), "open"));
     Reset();
-    run_id_ = request.run_id();
   }
-  if (request.run_id() != run_id_) return OtherRun(run_id_, request.run_id());
+  if (request.run_id() != claim_.run_id()) {
+    return OtherRun(claim_.run_id(), request.run_id());
+  }
+  if (request.ends()) claim_.End();
   Shared shared = shared_;
   if (request.has_layout()) {
     shared.layout = std::make_shared<const v1::SegmentLayout>(request.layout());
@@ -147,9 +152,9 @@ absl::Status Table::Open(const v1::OpenRequest& request) {
 std::optional<Response> Table::RefuseByKey(const std::string& run_id,
                                            int64_t order_id,
                                            int64_t total_bytes) const {
-  if (run_id != run_id_) {
+  if (run_id != claim_.run_id()) {
     return Refuse(order_id, Response::VERDICT_UNEXPECTED,
-                  OtherRun(run_id_, run_id).message());
+                  OtherRun(claim_.run_id(), run_id).message());
   }
   const auto found = entries_.find(order_id);
   if (found == entries_.end()) {
@@ -271,7 +276,7 @@ Response Table::Put(std::unique_ptr<Room> room, absl::string_view bytes) {
     // Between Admit and now the run may have been reset, or another actor may
     // have been faster.
     const std::string& run_id =
-        room->generation_ == generation_ ? run_id_ : std::string();
+        room->generation_ == generation_ ? claim_.run_id() : std::string();
     if (auto refusal = RefuseByKey(run_id, order_id, room->bytes_)) {
       response = *std::move(refusal);
     } else {
@@ -285,7 +290,7 @@ Response Table::Put(std::unique_ptr<Room> room, absl::string_view bytes) {
 
 absl::StatusOr<std::optional<int64_t>> Table::FirstMissing(
     const std::string& run_id, absl::Span<const int64_t> order_ids) const {
-  if (run_id != run_id_) return OtherRun(run_id_, run_id);
+  if (run_id != claim_.run_id()) return OtherRun(claim_.run_id(), run_id);
   std::optional<int64_t> missing;
   for (int64_t id : order_ids) {
     const auto found = entries_.find(id);
@@ -311,6 +316,7 @@ absl::StatusOr<std::vector<SegmentPtr>> Table::Collect(
   while (true) {
     SINEW_ASSIGN_OR_RETURN(const std::optional<int64_t> missing,
                            FirstMissing(run_id, sorted));
+    claim_.Touch();
     if (!missing.has_value()) break;
     const absl::Status waited = WaitStep(deadline, cancelled);
     if (absl::IsDeadlineExceeded(waited)) {
@@ -328,7 +334,7 @@ absl::StatusOr<std::vector<SegmentPtr>> Table::Collect(
 void Table::Remove(const std::string& run_id,
                    absl::Span<const int64_t> order_ids) {
   MutexLock lock(mu_);
-  if (run_id != run_id_) return;
+  if (run_id != claim_.run_id()) return;
   for (int64_t id : order_ids) {
     const auto found = entries_.find(id);
     if (found == entries_.end() || found->second.segment == nullptr) continue;

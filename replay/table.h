@@ -16,11 +16,13 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
+#include "common/clock.h"
 #include "common/mutex.h"
 #include "proto/sinew/v1/replay.pb.h"
 #include "proto/sinew/v1/state_limits.pb.h"
 #include "replay/client/replay.h"
 #include "replay/replay_metrics.h"
+#include "replay/run_claim.h"
 #include "replay/validate.h"
 
 namespace sinew::replay {
@@ -48,6 +50,9 @@ class Table {
   struct Options {
     // Bound of the serialised segments held or arriving, bytes, >= 1.
     int64_t limit_bytes = int64_t{256} << 20;
+    // Tells how long ago a run was active (run_claim.h). Borrowed; null: the
+    // machine's clocks.
+    const Clock* clock = nullptr;
   };
   // Asked now and then by whoever waits; true: give up (CANCELLED).
   using Cancelled = std::function<bool()>;
@@ -133,11 +138,12 @@ class Table {
   void GiveBack(const Room& room) SINEW_EXCLUDES(mu_);
 
   const Options options_;
+  SystemClock system_clock_;
   ReplayMetrics& metrics_;
   mutable Mutex mu_;
   CondVar changed_;
   bool closed_ SINEW_GUARDED_BY(mu_) = false;
-  std::string run_id_ SINEW_GUARDED_BY(mu_);
+  RunClaim claim_ SINEW_GUARDED_BY(mu_);
   // Grows at every reset, so that what arrives late is told apart.
   int64_t generation_ SINEW_GUARDED_BY(mu_) = 0;
   Shared shared_ SINEW_GUARDED_BY(mu_);

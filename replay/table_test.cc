@@ -11,6 +11,7 @@
 #include "common/metrics/registry.h"
 #include "common/metrics/testing/lint.h"
 #include "common/testing/matchers.h"
+#include "common/testing/simulated_clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "proto/sinew/v1/state_limits.pb.h"
@@ -23,6 +24,7 @@ namespace {
 using Response = v1::PutSegmentResponse;
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::sinew::testing::SimulatedClock;
 using ::sinew::testing::StatusIs;
 using ::testing::HasSubstr;
 
@@ -33,7 +35,7 @@ struct Fixture {
   explicit Fixture(int64_t limit_bytes = int64_t{1} << 30)
       : registry({.role = "replay", .build = ""}),
         metrics(registry),
-        table({.limit_bytes = limit_bytes}, metrics) {}
+        table({.limit_bytes = limit_bytes, .clock = &clock}, metrics) {}
 
   Table::Admission Admit(int64_t order_id, int64_t size) {
     auto admission =
@@ -54,6 +56,7 @@ struct Fixture {
     return table.Collect(kRun, ids, deadline, kNever);
   }
 
+  SimulatedClock clock;
   metrics::Registry registry;
   ReplayMetrics metrics;
   Table table;
@@ -244,6 +247,40 @@ TEST(Table, OpensTheSameOrdersTwiceButNotOthersOfTheSameId) {
                        HasSubstr("open already with other content")));
   EXPECT_THAT(f.table.Open(MakeOpen({2, 2})),
               StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+TEST(Table, IsNotTakenFromARunThatTakesSegmentsNow) {
+  Fixture f;
+  ASSERT_THAT(f.table.Open(MakeOpen({1}, 0, true)), IsOk());
+  v1::OpenRequest other = MakeOpen({2}, 0, true);
+  other.set_run_id("other");
+  EXPECT_THAT(f.Collect({1}, absl::InfinitePast()),
+              StatusIs(absl::StatusCode::kDeadlineExceeded));
+
+  EXPECT_THAT(f.table.Open(other),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       HasSubstr("open: run: replay serves \"run\"")));
+  // Nothing was dropped, and its own learner may start again.
+  EXPECT_EQ(f.Put(1, MakeSegmentBytes(1)), Response::VERDICT_ACCEPTED);
+  EXPECT_THAT(f.Collect({1}, absl::InfiniteFuture()), IsOk());
+  EXPECT_THAT(f.table.Open(MakeOpen({1}, 0, true)), IsOk());
+
+  f.clock.Advance(RunClaim::kActive);
+  EXPECT_THAT(f.table.Open(other), IsOk());
+}
+
+TEST(Table, IsFreeForAnotherRunOnceTheFirstSaysThatItEnds) {
+  Fixture f;
+  ASSERT_THAT(f.table.Open(MakeOpen({1}, 0, true)), IsOk());
+  EXPECT_THAT(f.Collect({1}, absl::InfinitePast()),
+              StatusIs(absl::StatusCode::kDeadlineExceeded));
+  v1::OpenRequest end = MakeOpen({});
+  end.set_ends(true);
+  ASSERT_THAT(f.table.Open(end), IsOk());
+  v1::OpenRequest other = MakeOpen({2}, 0, true);
+  other.set_run_id("other");
+
+  EXPECT_THAT(f.table.Open(other), IsOk());
 }
 
 TEST(Table, ServesOneRunUntilAnotherResetsIt) {

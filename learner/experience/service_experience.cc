@@ -103,6 +103,17 @@ absl::Status ServiceExperience::Begin(const std::vector<v1::Order>& orders) {
   return absl::OkStatus();
 }
 
+void ServiceExperience::End() {
+  if (must_reopen_ || options_.stop.stop_requested()) return;
+  v1::OpenRequest request;
+  request.set_run_id(options_.run_id);
+  request.set_ends(true);
+  const absl::Status status = replay_.Open(request, options_.stop);
+  if (status.ok()) return;
+  LogWarning("replay was not told of the run's end",
+             {{"error", status.message()}});
+}
+
 absl::StatusOr<std::optional<std::vector<replay::SegmentPtr>>>
 ServiceExperience::TryTake(const std::vector<int64_t>& order_ids, Wait& wait) {
   absl::Status status;

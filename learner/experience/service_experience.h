@@ -74,6 +74,12 @@ class ServiceExperience final : public Experience {
   absl::StatusOr<std::vector<v1::Segment>> Take(
       const std::vector<int64_t>& order_ids) override;
 
+  // The run is over, or not to go on for now: another one may have replay at
+  // once. Blocks for one call to replay, unless that is away or `stop` was
+  // requested, after which the same run is to go on. A failure is logged: the
+  // other run waits for a minute then.
+  void End();
+
  private:
   // What a Take that waits remembers.
   struct Wait {

@@ -467,6 +467,16 @@ TEST_F(ServiceExperienceTest, LooksForAReplayThatIsAwayMoreOftenThanItSteps) {
   EXPECT_THAT(experience().Take({1}), IsOk());
 }
 
+TEST_F(ServiceExperienceTest, TellsReplayThatTheRunEndsUnlessItWasStopped) {
+  ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
+  experience().End();
+  EXPECT_TRUE(replay_.requests().back().ends());
+
+  stop_.request_stop();
+  experience().End();
+  EXPECT_THAT(replay_.requests(), SizeIs(2));
+}
+
 TEST_F(ServiceExperienceTest, PublishesBytesUnderTheirDigest) {
   PublishedSnapshot snapshot;
   snapshot.bytes = "weights";

@@ -28,7 +28,8 @@ using SegmentPtr = std::shared_ptr<const v1::Segment>;
 //   Take(those orders)             all of them out, in order of order_id
 //
 // A table serves one run at a time: Open with `reset` starts a run and drops
-// what another one left.
+// what another one left. One whose Take calls came in the last 60 s is not
+// dropped (FAILED_PRECONDITION, which names both), unless it said that it ends.
 //
 // Thread-safety: any thread. Ownership: results are shared. Blocking: each call
 // at most its timeout, and of those with a `stop` none for longer than that is

@@ -14,6 +14,7 @@
 
 #include "common/files.h"
 #include "common/policy/safetensors.h"
+#include "common/subprocess.h"
 #include "deploy/bundle/bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "sim/world/testing/toy_world.h"
@@ -226,6 +227,42 @@ TEST(RunFaultsTest, ActorsStayForTheRunThatWasStoppedAndFollowItToItsReplay) {
   EXPECT_THAT(rig.Output("actor"),
               AllOf(HasSubstr("the learner is going away"),
                     HasSubstr("the learner has no more orders")));
+}
+
+TEST(RunFaultsTest, AReplayHasOneRunAtATimeAndTheNextOnceThatHasEnded) {
+  const TrainingRig rig;
+  const auto replay =
+      rig.Start("replay", {"replay", "--listen", "127.0.0.1:0"});
+  const std::string address = rig.AwaitAddress(*replay, "replay");
+  const auto learner = [&](const std::string& run, int iterations,
+                           const std::string& seed) {
+    return rig.Learner(
+        run, iterations,
+        {"--listen", "127.0.0.1:0", "--replay", address, "--seed", seed});
+  };
+  const auto actor_of = [&](Subprocess& process, const std::string& run) {
+    return rig.Start(run + "-actor",
+                     {"actor", "--learner", rig.AwaitAddress(process, run),
+                      "--cache", rig.Path(run + "-cache"), "--threads", "1"});
+  };
+  const auto first = rig.Start("first", learner("first", 2, "1"));
+  const auto first_actor = actor_of(*first, "first");
+  const auto first_end = first->Wait(absl::Minutes(2));
+  ASSERT_TRUE(first_end.ok() && first_end->ok()) << rig.Output("first");
+
+  const auto second = rig.Start("second", learner("second", 0, "2"));
+  const auto second_actor = actor_of(*second, "second");
+  rig.AwaitRows(*second, "second", 1);
+  EXPECT_EQ(rig.Run("third", learner("third", 0, "3")).code, kFailed);
+
+  EXPECT_THAT(rig.Output("third"), HasSubstr("run: replay serves"));
+  rig.AwaitRows(*second, "second", rig.Rows("second") + 2);
+  EXPECT_THAT(rig.Output("replay"),
+              HasSubstr("another run's learner takes replay over"));
+  for (Subprocess* process : {second.get(), second_actor.get()}) {
+    process->Signal(SIGTERM);
+    EXPECT_TRUE(process->Wait(absl::Minutes(1)).ok());
+  }
 }
 
 TEST(RunFaultsTest, ALearnerStopsSoonThoughReplayIsAway) {

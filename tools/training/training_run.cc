@@ -83,6 +83,7 @@ absl::Status TrainingRun::Train() {
     status = absl::OkStatus();
   }
   if (stop_.stop_requested()) LogInfo("stopping: saving what there is");
+  experience_->End();
   if (trainer_->at_rest()) {
     status.Update(SaveAndWait());
     status.Update(Export());
