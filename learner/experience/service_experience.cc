@@ -201,10 +201,8 @@ absl::Status ServiceExperience::Restore(
         " times that replay answered its segment, and replay misses it: do "
         "they send to another replay?"));
   }
-  LogWarning(
-      "replay misses segments that actors call done; giving them out "
-      "again",
-      {{"orders", orders.size()}, {"first", first}});
+  LogWarning("replay misses segments that actors call done; given out again",
+             {{"orders", orders.size()}, {"first", first}});
   dispatcher_.Add(orders);
   return absl::OkStatus();
 }
