@@ -1,5 +1,6 @@
 #include "actor/service/replay_sender.h"
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -65,7 +66,13 @@ class ReplaySenderTest : public ::testing::Test {
 
   Response::Verdict AwaitVerdict(int64_t order_id) {
     MutexLock lock(mu_);
-    while (!verdicts_.contains(order_id)) changed_.Wait(mu_, {});
+    const auto deadline =
+        std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!verdicts_.contains(order_id)) {
+      if (changed_.WaitUntil(mu_, deadline)) continue;
+      ADD_FAILURE() << "order " << order_id << " has no verdict";
+      return Response::VERDICT_UNSPECIFIED;
+    }
     return verdicts_[order_id];
   }
 

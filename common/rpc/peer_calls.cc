@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "common/logging.h"
+#include "common/rpc/status.h"
 
 namespace sinew::rpc {
 namespace {
@@ -53,7 +54,10 @@ absl::Status PeerCalls::Run(
         last = attempt();
         return last;
       });
-  if (last.ok() || !away || options_.stop.stop_requested()) return status;
+  // An answer is no absence, even where the peer came up in the last moment.
+  if (!IsTransient(last) || !away || options_.stop.stop_requested()) {
+    return status;
+  }
   return absl::Status(
       last.code(),
       absl::StrCat(last.message(), " (no connection within ",

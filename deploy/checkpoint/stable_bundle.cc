@@ -18,6 +18,23 @@ absl::StatusOr<std::string> BundleOf(ArtifactStore& store, const char* alias) {
       "\", found ", artifact->id(), " of kind \"", artifact->kind(), "\""));
 }
 
+// From a stable bundle to another one, with a way back.
+absl::Status MoveFrom(ArtifactStore& store, const std::string& id,
+                      const std::string& incumbent) {
+  // What cannot be read is no way back.
+  const std::string before = BundleOf(store, kStablePrevious).value_or("");
+  SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent, before));
+  absl::Status moved = store.SetAlias(kStable, id, incumbent);
+  if (moved.ok() || before.empty()) return moved;
+  // The way back is what it was, unless whoever overtook this call, or this
+  // call itself, has moved on from the incumbent: then that is the way back.
+  const absl::StatusOr<std::string> now = BundleOf(store, kStable);
+  if (now.ok() && (*now == incumbent || *now == before)) {
+    store.SetAlias(kStablePrevious, before, incumbent).IgnoreError();
+  }
+  return moved;
+}
+
 }  // namespace
 
 absl::Status CheckArtifactId(const std::string& id) {
@@ -46,15 +63,7 @@ absl::Status MoveStable(ArtifactStore& store, const std::string& id,
                      stable.empty() ? "none" : stable, ": it has moved"));
   }
   if (!incumbent.empty()) {
-    SINEW_ASSIGN_OR_RETURN(const std::string before,
-                           BundleOf(store, kStablePrevious));
-    SINEW_RETURN_IF_ERROR(store.SetAlias(kStablePrevious, incumbent, before));
-    absl::Status moved = store.SetAlias(kStable, id, incumbent);
-    // The way back is what it was, as far as the store still answers.
-    if (!moved.ok() && !before.empty()) {
-      store.SetAlias(kStablePrevious, before, incumbent).IgnoreError();
-    }
-    return moved;
+    return MoveFrom(store, id, incumbent);
   }
   // Nothing to compare with: whoever came last has set it.
   SINEW_RETURN_IF_ERROR(store.SetAlias(kStable, id));

@@ -35,8 +35,9 @@ absl::StatusOr<std::string> StableBundle(ArtifactStore& store);
 
 // Makes `id` the stable bundle, and `incumbent` (empty: none) the previous one.
 // FAILED_PRECONDITION: `incumbent` is no longer the stable one, which then
-// stays what it is, and so does the previous one, as after any error that the
-// store still answers behind. Nothing changes if `id` is the incumbent. Without
+// stays what it is; the previous one is then what whoever moved it has made it.
+// After any other error the previous one is what it was, as far as the store
+// still answers. Nothing changes if `id` is the incumbent. Without
 // an incumbent there is nothing that the store could compare: of two first
 // promotions at a time the last one holds, and the other one is refused if it
 // sees that. A kill between the two steps leaves the incumbent stable, and

@@ -62,6 +62,9 @@ class OvertakenStore final : public ArtifactStore {
   OvertakenStore(ArtifactStore& store, AfterAlias after)
       : store_(store), after_(std::move(after)) {}
 
+  // That alias cannot be set.
+  void FailToSet(const std::string& alias) { failing_ = alias; }
+
   absl::StatusOr<Blob> GetBlob(const std::string& sha256) override {
     return store_.GetBlob(sha256);
   }
@@ -80,6 +83,7 @@ class OvertakenStore final : public ArtifactStore {
   }
   absl::Status SetAlias(const std::string& alias, const std::string& id,
                         const std::string& expected_id) override {
+    if (alias == failing_) return absl::ResourceExhaustedError("no room");
     SINEW_RETURN_IF_ERROR(store_.SetAlias(alias, id, expected_id));
     return after_(alias);
   }
@@ -93,6 +97,7 @@ class OvertakenStore final : public ArtifactStore {
  private:
   ArtifactStore& store_;
   const AfterAlias after_;
+  std::string failing_;
 };
 
 TEST_F(StableBundleTest, SeesThatAnotherFirstOneCameAfterIt) {
@@ -162,18 +167,35 @@ TEST_F(StableBundleTest, StaysWhereSomebodyElseMovedIt) {
   EXPECT_EQ(Previous(), "a");
 }
 
-// Between its two steps somebody else moves the stable one.
-TEST_F(StableBundleTest, KeepsTheWayBackWhereItIsOvertaken) {
+// Between its two steps somebody else moves the stable one, and has the way
+// back.
+TEST_F(StableBundleTest, LeavesTheWayBackToWhoeverOvertakesIt) {
+  Put("d", kBundleKind);
   ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
   ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
   OvertakenStore overtaken(*store_, [this](const std::string& alias) {
-    return alias == kStablePrevious ? store_->SetAlias(kStable, "s")
+    return alias == kStablePrevious ? MoveStable(*store_, "d", "b")
                                     : absl::OkStatus();
   });
 
   EXPECT_THAT(MoveStable(overtaken, "c", "b"),
               StatusIs(absl::StatusCode::kFailedPrecondition));
 
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("d"));
+  EXPECT_EQ(Previous(), "b");
+}
+
+TEST_F(StableBundleTest, KeepsTheWayBackWhereTheStoreFails) {
+  ASSERT_THAT(MoveStable(*store_, "a", ""), IsOk());
+  ASSERT_THAT(MoveStable(*store_, "b", "a"), IsOk());
+  OvertakenStore full(
+      *store_, [](const std::string& /*alias*/) { return absl::OkStatus(); });
+  full.FailToSet(kStable);
+
+  EXPECT_THAT(MoveStable(full, "c", "b"),
+              StatusIs(absl::StatusCode::kResourceExhausted));
+
+  EXPECT_THAT(StableBundle(*store_), IsOkAndHolds("b"));
   EXPECT_EQ(Previous(), "a");
 }
 

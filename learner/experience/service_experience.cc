@@ -16,6 +16,8 @@ constexpr int kMaxReopened = 20;
 // How often orders may be handed out again within one Take because their
 // segments went elsewhere.
 constexpr int kMaxRestored = 20;
+// How often replay is told that the run ends.
+constexpr int kEndAttempts = 3;
 
 v1::OpenRequest::Expected ExpectedOf(const v1::Order& order) {
   v1::OpenRequest::Expected expected;
@@ -104,12 +106,16 @@ absl::Status ServiceExperience::Begin(const std::vector<v1::Order>& orders) {
 }
 
 void ServiceExperience::End() {
-  if (must_reopen_ || options_.stop.stop_requested()) return;
+  if (options_.stop.stop_requested()) return;
   v1::OpenRequest request;
   request.set_run_id(options_.run_id);
   request.set_ends(true);
-  const absl::Status status = replay_.Open(request, options_.stop);
-  if (status.ok()) return;
+  const absl::Status status = rpc::Retry(
+      rpc::Backoff(options_.backoff, rpc::FreshSeed()), kEndAttempts,
+      [this](absl::Duration wait) { return rpc::WaitFor(wait, options_.stop); },
+      [&] { return replay_.Open(request, options_.stop); });
+  // One that forgot the run lets another one have it anyway.
+  if (status.ok() || absl::IsNotFound(status)) return;
   LogWarning("replay was not told of the run's end",
              {{"error", status.message()}});
 }

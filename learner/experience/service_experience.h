@@ -75,9 +75,9 @@ class ServiceExperience final : public Experience {
       const std::vector<int64_t>& order_ids) override;
 
   // The run is over, or not to go on for now: another one may have replay at
-  // once. Blocks for one call to replay, unless that is away or `stop` was
-  // requested, after which the same run is to go on. A failure is logged: the
-  // other run waits for a minute then.
+  // once. Blocks for up to three calls to replay and the pauses between them;
+  // does nothing where `stop` was requested, after which the same run is to go
+  // on. A failure is logged: another run is refused for a minute then.
   void End();
 
  private:

@@ -120,7 +120,11 @@ class FakeReplay final : public replay::Replay {
   // Returns once somebody waits so.
   void AwaitCaller() {
     MutexLock lock(mu_);
-    while (waiting_ == 0) changed_.Wait(mu_, {});
+    const auto deadline =
+        std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (waiting_ == 0 && changed_.WaitUntil(mu_, deadline)) {
+    }
+    EXPECT_GT(waiting_, 0) << "nobody calls replay";
   }
   void SetAway(bool away) {
     MutexLock lock(mu_);

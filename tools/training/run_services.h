@@ -56,8 +56,10 @@ class RunServices {
       const Options& options);
   ~RunServices();
 
-  // What the endpoint shows, for tests.
-  std::string MetricsText() const { return registry_.Text(); }
+  // HOST:PORT of the metrics endpoint; empty: there is none.
+  std::string metrics_address() const {
+    return metrics_server_ == nullptr ? "" : metrics_server_->address();
+  }
   learner::LearnerServer& server() { return *server_; }
   replay::Replay& replay() { return *replay_; }
   metrics::LearnerMetrics& metrics() { return metrics_; }

@@ -10,6 +10,7 @@
 #include "absl/time/time.h"
 #include "common/build_info.h"
 #include "common/cpu.h"
+#include "common/metrics/testing/scrape.h"
 #include "common/rpc/channel.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
@@ -19,6 +20,7 @@
 namespace sinew::tools {
 namespace {
 
+using ::sinew::metrics::testing::Scrape;
 using ::sinew::testing::IsOk;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -28,6 +30,7 @@ class RunServicesTest : public ::testing::Test {
   std::unique_ptr<RunServices> Start(const std::string& replay_address = "") {
     auto services = RunServices::Start({.listen = sockets_.Address("learner"),
                                         .replay_address = replay_address,
+                                        .metrics_address = "127.0.0.1:0",
                                         .run_id = "run",
                                         .assets_sha256 = "assets"});
     EXPECT_THAT(services, IsOk());
@@ -40,7 +43,8 @@ class RunServicesTest : public ::testing::Test {
 // No iteration ends while all actors are lost: nothing else would say so.
 TEST_F(RunServicesTest, ShowsActorsAsTheyAreNow) {
   const auto services = Start();
-  EXPECT_THAT(services->MetricsText(), HasSubstr("sinew_actors_connected 0\n"));
+  EXPECT_THAT(Scrape(services->metrics_address()),
+              HasSubstr("sinew_actors_connected 0\n"));
   const auto channel = rpc::MakeChannel(services->server().address(), {});
   ASSERT_THAT(channel, IsOk());
   const auto stub = v1::Dispatcher::NewStub(*channel);
@@ -61,16 +65,18 @@ TEST_F(RunServicesTest, ShowsActorsAsTheyAreNow) {
   v1::DispatcherMessage welcome;
   ASSERT_TRUE(stream->Read(&welcome));
 
-  EXPECT_THAT(services->MetricsText(), HasSubstr("sinew_actors_connected 1\n"));
+  EXPECT_THAT(Scrape(services->metrics_address()),
+              HasSubstr("sinew_actors_connected 1\n"));
   stream->WritesDone();
   stream->Finish();
-  EXPECT_THAT(services->MetricsText(), HasSubstr("sinew_actors_connected 0\n"));
+  EXPECT_THAT(Scrape(services->metrics_address()),
+              HasSubstr("sinew_actors_connected 0\n"));
 }
 
 TEST_F(RunServicesTest, ShowsAReplayOnlyWhereItIs) {
-  EXPECT_THAT(Start()->MetricsText(),
+  EXPECT_THAT(Scrape(Start()->metrics_address()),
               HasSubstr("sinew_segments_accepted_total"));
-  EXPECT_THAT(Start(sockets_.Address("replay"))->MetricsText(),
+  EXPECT_THAT(Scrape(Start(sockets_.Address("replay"))->metrics_address()),
               Not(HasSubstr("sinew_segments_accepted_total")));
 }
 

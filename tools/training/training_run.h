@@ -153,9 +153,9 @@ class TrainingRun {
   // training_run_open.cc.
   absl::Status OpenFolder();
   absl::Status OpenStore(const TaskSetup& setup);
-  absl::Status LoadState();
-  // `store`: where states would be.
-  absl::Status CheckNothingIsLost(const std::string& store) const;
+  absl::Status LoadState(const std::string& where);
+  // `where` states are, or would be.
+  absl::Status CheckNothingIsLost(const std::string& where) const;
   absl::Status LoadCompactState();
   absl::Status StartLogging();
   absl::Status StartServices(const TaskSetup& setup);

@@ -144,8 +144,7 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
                                 : options_.checkpoint_address;
   SINEW_ASSIGN_OR_RETURN(store_,
                          RunStore::Open(where, options_.security, clock_));
-  SINEW_RETURN_IF_ERROR(LoadState());
-  SINEW_RETURN_IF_ERROR(CheckNothingIsLost(where));
+  SINEW_RETURN_IF_ERROR(LoadState(where));
   // A compact state may go on with another recipe.
   const bool has_own_state = state_.has_value() && !moved_assets_;
   SINEW_RETURN_IF_ERROR(folder_->WriteConfig(
@@ -172,27 +171,31 @@ absl::Status TrainingRun::OpenStore(const TaskSetup& setup) {
   return best_->Load(state_ ? state_->counters.assets_sha256() : "");
 }
 
-absl::Status TrainingRun::LoadState() {
+absl::Status TrainingRun::LoadState(const std::string& where) {
   std::vector<std::string> warnings;
   auto state = store_->LoadState(&warnings);
   for (const std::string& warning : warnings) LogWarning(warning);
-  if (absl::IsNotFound(state.status())) return LoadCompactState();
+  if (absl::IsNotFound(state.status())) {
+    SINEW_RETURN_IF_ERROR(CheckNothingIsLost(where));
+    return LoadCompactState();
+  }
   SINEW_RETURN_IF_ERROR(state.status());
   state_ = *std::move(state);
   return absl::OkStatus();
 }
 
-// A run's bundles are written when its state was saved: where they are and no
-// state is, it was lost or lies elsewhere, and a new run would replace them.
-absl::Status TrainingRun::CheckNothingIsLost(const std::string& store) const {
-  if (state_) return absl::OkStatus();
+// A run's bundles are written at its end, after its state: where they are and
+// no state is, it was lost, could not be saved or lies elsewhere, and a run
+// that begins anew would replace them.
+absl::Status TrainingRun::CheckNothingIsLost(const std::string& where) const {
   for (const std::string& bundle :
        {folder_->bundle(), folder_->best_bundle()}) {
     if (!FileExists(bundle)) continue;
     return absl::FailedPreconditionError(
         absl::StrCat(folder_->path(), ": expected the training state that ",
-                     bundle, " is of, found none in ", store,
-                     ": give where it is (--checkpoint), or another --run"));
+                     bundle, " is of, found none in ", where,
+                     ": give where it is (--checkpoint), or another --run, or "
+                     "remove the bundle"));
   }
   return absl::OkStatus();
 }
