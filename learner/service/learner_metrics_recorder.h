@@ -13,10 +13,12 @@ namespace sinew::learner {
 // Turns what trainer, dispatcher and saving report into the learner's series.
 //
 //   Dispatcher::Options::on_apply = ObserveApply(metrics)
-//   per iteration: RecordIteration(report) RecordActors(statistics)
+//   per iteration: RecordIteration(report)
 //   per save:      RecordSaveSeconds(seconds)
+//   per scrape:    RecordActors(statistics)
 //
-// Thread-safety: one caller (ObserveApply's function: any thread). Ownership:
+// Thread-safety: one caller, and one, who may be another, of RecordActors
+// (ObserveApply's function: any thread). Ownership:
 // borrows the series. Blocking: never. Errors: none.
 class LearnerMetricsRecorder {
  public:

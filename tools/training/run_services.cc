@@ -18,7 +18,7 @@ namespace {
 constexpr double kHeartbeatSeconds = 2;
 
 learner::Dispatcher::Options DispatcherOptions(
-    const RunServices::Options& options, metrics::Histogram& apply_seconds) {
+    const RunServices::Options& options, metrics::LearnerMetrics& metrics) {
   learner::Dispatcher::Options result;
   result.welcome.set_run_id(options.run_id);
   result.welcome.set_heartbeat_seconds(kHeartbeatSeconds);
@@ -29,7 +29,7 @@ learner::Dispatcher::Options DispatcherOptions(
   result.mujoco_version = mj_versionString();
   result.cpu_class = CpuClass();
   result.reissue_after = options.reissue_after;
-  result.on_apply = [&](double seconds) { apply_seconds.Observe(seconds); };
+  result.on_apply = learner::ObserveApply(metrics);
   return result;
 }
 
@@ -39,7 +39,7 @@ RunServices::RunServices()
     : registry_({.role = "learner", .build = BuildIdentity()}),
       metrics_(registry_),
       save_metrics_(registry_),
-      actor_recorder_(metrics_) {}
+      recorder_(metrics_) {}
 
 RunServices::~RunServices() {
   metrics_server_ = nullptr;  // scrapes ask the server
@@ -71,17 +71,15 @@ absl::Status RunServices::StartServer(const Options& options) {
   learner::LearnerServer::Options server;
   server.listen = options.listen;
   server.security = options.security;
-  server.dispatcher =
-      DispatcherOptions(options, metrics_.publish_to_apply_seconds);
+  server.dispatcher = DispatcherOptions(options, metrics_);
   server.assets = options.assets;
   if (replay_service_ != nullptr) {
     server.services.push_back(replay_service_.get());
   }
   SINEW_ASSIGN_OR_RETURN(server_, learner::LearnerServer::Start(server));
   LogInfo("the learner listens", {{"address", server_->address()}});
-  registry_.BeforeScrape([this] {
-    actor_recorder_.RecordActors(server_->dispatcher().statistics());
-  });
+  registry_.BeforeScrape(
+      [this] { recorder_.RecordActors(server_->dispatcher().statistics()); });
   if (options.metrics_address.empty()) return absl::OkStatus();
   SINEW_ASSIGN_OR_RETURN(
       metrics_server_,

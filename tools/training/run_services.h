@@ -62,7 +62,9 @@ class RunServices {
   }
   learner::LearnerServer& server() { return *server_; }
   replay::Replay& replay() { return *replay_; }
-  metrics::LearnerMetrics& metrics() { return metrics_; }
+  // The trainer's series, moved by whoever runs the iterations; those of actors
+  // move by themselves.
+  learner::LearnerMetricsRecorder& recorder() { return recorder_; }
   learner::SaveMetrics& save_metrics() { return save_metrics_; }
 
   // Actors finish what they hold and go, or are cut off after `timeout`.
@@ -78,7 +80,7 @@ class RunServices {
   metrics::Registry registry_;
   metrics::LearnerMetrics metrics_;
   learner::SaveMetrics save_metrics_;
-  learner::LearnerMetricsRecorder actor_recorder_;  // at each scrape
+  learner::LearnerMetricsRecorder recorder_;
   std::optional<replay::ReplayMetrics> replay_metrics_;
   // In this process only.
   std::unique_ptr<replay::Table> table_;

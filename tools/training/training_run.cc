@@ -83,11 +83,11 @@ absl::Status TrainingRun::Train() {
     status = absl::OkStatus();
   }
   if (stop_.stop_requested()) LogInfo("stopping: saving what there is");
-  experience_->End();
   if (trainer_->at_rest()) {
     status.Update(SaveAndWait());
     status.Update(Export());
   }
+  experience_->End();
   const std::string reason = !status.ok() ? "failed"
                              : IsDone()   ? EndReason()
                                           : "stopped";
@@ -143,7 +143,8 @@ void TrainingRun::Account(const learner::IterationReport& report) {
 void TrainingRun::Tell(const learner::IterationReport& report) {
   const absl::Status written = metrics_log_->Write(report, figures_);
   if (!written.ok()) LogError(written.message());
-  run_metrics_->Update(report, figures_);
+  services_->recorder().RecordIteration(report);
+  services_->recorder().RecordSaveSeconds(figures_.save_seconds);
   figures_.save_seconds = 0;
 }
 

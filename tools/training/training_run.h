@@ -26,7 +26,6 @@
 #include "tools/training/metrics_log.h"
 #include "tools/training/progress.h"
 #include "tools/training/run_folder.h"
-#include "tools/training/run_metrics.h"
 #include "tools/training/run_services.h"
 #include "tools/training/run_store.h"
 #include "tools/training/run_teacher.h"
@@ -209,7 +208,6 @@ class TrainingRun {
   std::unique_ptr<learner::ServiceExperience> experience_;
   std::unique_ptr<learner::Trainer> trainer_;
   std::unique_ptr<MetricsLog> metrics_log_;
-  std::unique_ptr<RunMetrics> run_metrics_;
 
   RunFigures figures_;
   std::string evaluation_;  // latest, as text

@@ -283,7 +283,6 @@ absl::Status TrainingRun::StartServices(const TaskSetup& setup) {
           CheckReplay(options_.recipe, setup, replay->limit_bytes()));
     }
   }
-  run_metrics_ = std::make_unique<RunMetrics>(services_->metrics());
   saver_ = std::make_unique<learner::StateSaver>(
       store_->artifacts(), options_.recipe.checkpointing().keep(), clock_,
       services_->save_metrics());
