@@ -8,54 +8,13 @@
 
 #include "absl/strings/str_format.h"
 #include "absl/types/span.h"
-#include "common/policy/executor.h"
 #include "common/policy/safetensors.h"
-#include "common/random/philox.h"
 #include "common/status_macros.h"
 #include "learner/torch/torch_runner.h"
+#include "tools/parity/graph_rows.h"
 
 namespace sinew::tools {
 namespace {
-
-using Rows = std::map<std::string, std::vector<float>>;
-
-Rows RandomInputs(const v1::Graph& graph, const ParityOptions& options) {
-  Rows inputs;
-  uint64_t number = 0;
-  for (const v1::GraphInput& input : graph.inputs()) {
-    std::vector<float>& values = inputs[input.name()];
-    values.resize(options.rows * input.width());
-    FillNormal({.seed = options.seed, .environment = number++},
-               absl::MakeSpan(values));
-    if (input.kind() != v1::GraphInput::KIND_DATA) continue;
-    for (size_t i = 0; i < values.size(); ++i) {
-      const size_t row = i / input.width();
-      values[i] *= std::pow(10.F, static_cast<float>(row % 3) - 1.F);
-    }
-  }
-  return inputs;
-}
-
-absl::StatusOr<Rows> RunExecutor(const bundle::Bundle& bundle,
-                                 const v1::Graph& graph, const Rows& inputs,
-                                 int rows) {
-  SINEW_ASSIGN_OR_RETURN(
-      const auto pack,
-      policy::PackWeights(bundle.graph, graph.name(), bundle.weights));
-  SINEW_ASSIGN_OR_RETURN(const auto executor,
-                         policy::Executor::Create(pack, rows));
-  for (const auto& [name, values] : inputs) {
-    std::copy(values.begin(), values.end(),
-              executor->input(executor->input_index(name)).begin());
-  }
-  executor->Run(rows);
-  Rows taps;
-  for (const v1::Tap& tap : graph.taps()) {
-    const auto values = executor->tap(executor->tap_index(tap.name()));
-    taps[tap.name()].assign(values.begin(), values.end());
-  }
-  return taps;
-}
 
 absl::StatusOr<Rows> RunTorch(const bundle::Bundle& bundle,
                               const v1::Graph& graph, const Rows& inputs,
@@ -98,7 +57,8 @@ double Difference(const std::vector<float>& expected, const Rows& other,
 absl::StatusOr<std::vector<ParityRow>> CompareTorch(
     const bundle::Bundle& bundle, const v1::Graph& graph, const Rows& inputs,
     int batch, Rows* own) {
-  SINEW_ASSIGN_OR_RETURN(*own, RunExecutor(bundle, graph, inputs, batch));
+  SINEW_ASSIGN_OR_RETURN(*own,
+                         RunExecutor(bundle, graph.name(), inputs, batch));
   SINEW_ASSIGN_OR_RETURN(const Rows torch,
                          RunTorch(bundle, graph, inputs, batch));
   std::vector<ParityRow> rows;
@@ -133,7 +93,7 @@ absl::StatusOr<std::vector<ParityRow>> CompareBackEnds(
   std::map<std::string, Rows> own;  // by graph
   std::vector<OnnxJob> jobs;
   for (const v1::Graph& graph : bundle.graph.graphs()) {
-    const Rows inputs = RandomInputs(graph, options);
+    const Rows inputs = RandomInputs(graph, options.rows, options.seed);
     SINEW_ASSIGN_OR_RETURN(
         const std::vector<ParityRow> more,
         CompareTorch(bundle, graph, inputs, options.rows, &own[graph.name()]));
