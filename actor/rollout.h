@@ -60,9 +60,9 @@ class RolloutWorker {
  public:
   // Called after each step of an evaluation, that in which a start fails among
   // them (unless it diverged), with data whose bodies and geoms are placed:
-  // start's index, the frame reached, counted from the start
-  // (>= 1), and the latent that the step was taken with (the policy's tap
-  // "latent"; without noise its encoder's mean), empty where it has none.
+  // start's index, the frame reached, counted from the start (>= 1), and the
+  // latent that the step was taken with (the policy's tap "latent"; without
+  // noise its encoder's mean), empty where it has none.
   using FrameObserver =
       std::function<void(int start, int frame, const mjData& data,
                          absl::Span<const float> latent)>;

@@ -25,6 +25,7 @@ constexpr int kFormatVersion = 1;
 constexpr int kMaxEvaluationDelay = 2;
 // Longer than any clip.
 constexpr double kMaxStartSeconds = 1e6;
+// Frames of a start are counted in 32 bits, whatever the rate.
 constexpr double kMaxEvaluationSeconds = 86400;
 
 bool IsName(absl::string_view name) {
