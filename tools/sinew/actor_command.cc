@@ -41,7 +41,7 @@ void AddActorCommand(CLI::App& app, Action& action) {
   command->add_option("--cache", run.cache_folder,
                       "folder for what is fetched; default: cache");
   command->add_option("--threads", run.threads, "threads (default: all cores)")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
   command->add_option("--metrics", run.metrics_address,
                       "HOST:PORT for Prometheus; default: none");
   command->add_option("--name", run.name,

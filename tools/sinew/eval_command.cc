@@ -163,7 +163,7 @@ void AddEvalCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--threads", options->threads,
                    "threads (default: all cores)")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
   CLI::Option* table =
       command->add_option("--table", options->table,
                           "nothing is evaluated: prints a table of such JSON "

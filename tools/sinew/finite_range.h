@@ -27,6 +27,9 @@ inline CLI::Validator FiniteRange(double lowest, double highest) {
       absl::StrCat("in [", range, "]"));
 }
 
+// Of every --threads: more than any machine has is a slip of the hand.
+inline CLI::Validator ThreadRange() { return CLI::Range(1, 4096); }
+
 }  // namespace sinew::tools
 
 #endif  // SINEW_TOOLS_SINEW_FINITE_RANGE_H_

@@ -124,7 +124,7 @@ void AddEvaluationFlags(CLI::App& command, PromoteOptions& options) {
       ->check(FiniteRange(0, 86400));
   command
       .add_option("--threads", options.threads, "threads (default: all cores)")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
 }
 
 }  // namespace

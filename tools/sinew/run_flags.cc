@@ -28,7 +28,7 @@ void AddRunFlags(CLI::App& command, RunFlags& flags) {
   command.add_option("--seed", flags.seed, "seed of all random streams");
   command
       .add_option("--threads", flags.threads, "threads (default: all cores)")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
   command.add_option("--init", flags.init,
                      "bundle whose weights a new run begins with");
   command.add_option("--primitives", flags.primitives,

@@ -181,7 +181,7 @@ void AddReading(CLI::App* command, ImportFlags* options) {
 
 void AddShowing(CLI::App* command, ImportFlags* flags) {
   command->add_option("--threads", flags->threads, "default: all processors")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
   command->add_option("--pictures", flags->pictures,
                       "clips in report.html with pictures (default: all)");
   command->add_flag("--no-pictures", flags->no_pictures, "none of them");

@@ -63,7 +63,7 @@ void AddSampleCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--threads", options->threads,
                    "threads (default: all cores)")
-      ->check(CLI::Range(1, 4096));
+      ->check(ThreadRange());
   command
       ->add_option("--threshold", options->threshold,
                    "of coverage, standard deviations (default 0.5)")

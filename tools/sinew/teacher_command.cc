@@ -47,7 +47,7 @@ void AddTeacherCommand(CLI::App& app, Action& action) {
                    "HOST:PORT or unix:PATH; port 0 takes a free one")
       ->required();
   command->add_option("--threads", server.threads, "threads that compute")
-      ->check(CLI::Range(1, 4096))
+      ->check(ThreadRange())
       ->capture_default_str();
   command
       ->add_option("--max-batch", server.batches.max_batch_rows,
