@@ -54,11 +54,15 @@ class Worker final : public RolloutWorker {
     if (trains && snapshot.prior() != nullptr) {
       state_.nearest = &state_.assets->nearest_frames();
     }
+    const v1::Task& task = state_.task.recipe().task();
     const bool gets_up =
-        trains ? state_.task.recipe().task().recovery().get_up_share() > 0
+        trains ? task.recovery().get_up_share() > 0
                : std::any_of(order.starts().begin(), order.starts().end(),
                              [](const auto& start) { return start.get_up(); });
     if (gets_up) state_.upright = &state_.assets->upright_frames();
+    if (trains && task.start().carry_on_share() > 0) {
+      state_.onward = &state_.assets->onward_frames();
+    }
   }
 
   WorkerState state_;

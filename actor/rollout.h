@@ -38,7 +38,8 @@ namespace sinew::actor {
 // column latent_noise has the part of the step's noise that chose it.
 // Where a get-up is over, step 4 leaves the body where it is, if a frame that
 // stays up is within the limit of termination (TrackingTask::CarryOn); so it
-// does where an episode of the prior ends, at any frame of the library.
+// does after a share of all clips (task.start.carry_on_share), and where an
+// episode of the prior ends, at any frame of the library.
 // A diverged simulation (sim/world/actuation.h) is no error: its step is marked
 // invalid, its episode ends with REASON_DIVERGED, the environment starts anew.
 //

@@ -87,18 +87,31 @@ absl::StatusOr<std::shared_ptr<const RolloutAssets>> RolloutAssets::FromParts(
 const world::NearestFrames& RolloutAssets::nearest_frames() const {
   absl::call_once(nearest_once_, [this] {
     nearest_frames_ = std::make_unique<const world::NearestFrames>(
-        recipe().task().start(), *library_, world::BodyReader(*character_));
+        recipe().task().start(), *library_, world::BodyReader(*character_),
+        recipe().distillation().prior_seconds_ahead());
   });
   return *nearest_frames_;
 }
 
 const world::NearestFrames& RolloutAssets::upright_frames() const {
-  absl::call_once(upright_once_, [this] {
-    upright_frames_ = std::make_unique<const world::NearestFrames>(
-        world::UprightFrames(recipe().task().start(), *character_, *library_),
-        *library_, world::BodyReader(*character_));
-  });
+  absl::call_once(upright_once_,
+                  [this] { upright_frames_ = StaysUpFor(world::kSecondsUp); });
   return *upright_frames_;
+}
+
+const world::NearestFrames& RolloutAssets::onward_frames() const {
+  absl::call_once(onward_once_, [this] {
+    onward_frames_ = StaysUpFor(recipe().task().start().carry_on_seconds());
+  });
+  return *onward_frames_;
+}
+
+std::unique_ptr<const world::NearestFrames> RolloutAssets::StaysUpFor(
+    double seconds) const {
+  return std::make_unique<const world::NearestFrames>(
+      world::UprightFrames(recipe().task().start(), *character_, *library_,
+                           seconds),
+      *library_, world::BodyReader(*character_));
 }
 
 }  // namespace sinew::actor

@@ -47,8 +47,10 @@ class RolloutAssets {
   // Where bodies go on that the prior has led (TrackingTask::CarryOn); made
   // when first asked for, which reads the library, and shared from then on.
   const world::NearestFrames& nearest_frames() const;
-  // The same after a get-up (world::UprightFrames).
+  // The same after a get-up (world::UprightFrames), and after other clips
+  // (those that stay up for task.start.carry_on_seconds).
   const world::NearestFrames& upright_frames() const;
+  const world::NearestFrames& onward_frames() const;
   // Columns of a training segment, and the digest of the layout.
   const v1::SegmentLayout& layout() const { return layout_; }
   const std::string& layout_sha256() const { return layout_sha256_; }
@@ -65,9 +67,11 @@ class RolloutAssets {
   v1::SegmentLayout layout_;
   std::string layout_sha256_;
   v1::StateLimits limits_;
-  mutable absl::once_flag nearest_once_, upright_once_;
+  std::unique_ptr<const world::NearestFrames> StaysUpFor(double seconds) const;
+
+  mutable absl::once_flag nearest_once_, upright_once_, onward_once_;
   mutable std::unique_ptr<const world::NearestFrames> nearest_frames_,
-      upright_frames_;
+      upright_frames_, onward_frames_;
 };
 
 }  // namespace sinew::actor

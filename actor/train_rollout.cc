@@ -274,16 +274,24 @@ class TrainRollout {
   }
 
   // Where the body goes on after the episode that ends, null if it does not:
-  // after a get-up, and after one that the prior has led.
+  // after a get-up, after one that the prior has led, and after a share of all
+  // that came to their clip's end.
   const world::NearestFrames* FramesAfter(
       int e, const world::StepResult& result) const {
     if (result.diverged) return nullptr;
-    const v1::StartKind kind = state_.environments[e].episode.start_kind;
+    const Environment& environment = state_.environments[e];
+    const v1::StartKind kind = environment.episode.start_kind;
     if (result.clip_end && kind == v1::START_KIND_GET_UP) {
       return state_.upright;
     }
-    return state_.acting[e].actor == EpisodeActor::kPrior ? state_.nearest
-                                                          : nullptr;
+    if (state_.acting[e].actor == EpisodeActor::kPrior) return state_.nearest;
+    return result.clip_end && GoesOn(environment) ? state_.onward : nullptr;
+  }
+
+  bool GoesOn(const Environment& environment) const {
+    const double share = task_.recipe().task().start().carry_on_share();
+    return share > 0 &&
+           Uniform(Key(environment, RandomPurpose::kCarryOn)) < share;
   }
 
   // Lets the body go on from where it is, if it can.

@@ -33,10 +33,12 @@ struct WorkerState {
   PolicyRunner policy;
   PolicyRunner teacher, prior;            // unused if the snapshot has none
   std::vector<Environment> environments;  // [batch.size()]
-  // Where bodies go on after the prior's episodes, and after get-ups; of the
-  // assets, null until an order has come that may need them.
+  // Where bodies go on after the prior's episodes, after get-ups, and after
+  // other clips; of the assets, null until an order has come that may need
+  // them.
   const world::NearestFrames* nearest = nullptr;
   const world::NearestFrames* upright = nullptr;
+  const world::NearestFrames* onward = nullptr;
   // Of the step at hand: who acts in an environment [batch.size()]; target and
   // bases [J].
   struct Acting {

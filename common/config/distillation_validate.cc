@@ -10,6 +10,7 @@
 namespace sinew {
 namespace {
 
+constexpr double kMaxSecondsAhead = 1e6;
 constexpr int kMaxLatent = 1024;
 constexpr int kMaxSamplesPerInsert = 1024;
 
@@ -94,6 +95,10 @@ void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
     check.AtLeast(distillation.prior_steps(), 1, "distillation.prior_steps");
     check.AtLeast(distillation.prior_first_episode(), 0,
                   "distillation.prior_first_episode");
+    check.Positive(distillation.prior_seconds_ahead(),
+                   "distillation.prior_seconds_ahead");
+    check.Within(distillation.prior_seconds_ahead(), 0, kMaxSecondsAhead,
+                 "distillation.prior_seconds_ahead");
     return;
   }
   constexpr absl::string_view kUnset =
@@ -105,6 +110,9 @@ void CheckShares(const v1::Recipe& recipe, FieldChecker& check) {
   check.Require(distillation.prior_first_episode() == 0,
                 "distillation.prior_first_episode", kUnset,
                 distillation.prior_first_episode());
+  check.Require(distillation.prior_seconds_ahead() == 0,
+                "distillation.prior_seconds_ahead", kUnset,
+                distillation.prior_seconds_ahead());
 }
 
 void CheckTeacher(const v1::Recipe& recipe, FieldChecker& check) {

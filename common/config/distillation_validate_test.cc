@@ -79,6 +79,8 @@ TEST(Imitation, SaysHowThePriorActsWhereItDoesAlone) {
       MakeStudent({"distillation.prior_share=0.5"}).distillation();
   EXPECT_EQ(acts.prior_noise(), 1);
   EXPECT_EQ(acts.prior_steps(), 4);
+  EXPECT_EQ(never.prior_seconds_ahead(), 0);
+  EXPECT_EQ(acts.prior_seconds_ahead(), 0.5);
   const v1::Distillation own =
       MakeStudent({"distillation.prior_share=0.5", "distillation.prior_noise=0",
                    "distillation.prior_steps=3"})
@@ -277,6 +279,16 @@ INSTANTIATE_TEST_SUITE_P(
         Violation{{"distillation.prior_first_episode=9"},
                   "distillation.prior_first_episode: expected unset, since "
                   "distillation.prior_share is 0, found 9"},
+        Violation{{"distillation.prior_seconds_ahead=2"},
+                  "distillation.prior_seconds_ahead: expected unset, since "
+                  "distillation.prior_share is 0, found 2"},
+        Violation{{"distillation.prior_share=0.5",
+                   "distillation.prior_seconds_ahead=-2"},
+                  "distillation.prior_seconds_ahead: expected > 0, found -2"},
+        Violation{{"distillation.prior_share=0.5",
+                   "distillation.prior_seconds_ahead=1e7"},
+                  "distillation.prior_seconds_ahead: expected within [0, "
+                  "1000000], found 10000000"},
         Violation{{"distillation.prior_share=0.5",
                    "distillation.prior_first_episode=-9"},
                   "distillation.prior_first_episode: expected >= 0, found -9"},

@@ -96,6 +96,7 @@ void FillTask(v1::Task& task) {
   SINEW_DEFAULT(start, rule, v1::Start::RULE_UNIFORM);
   SINEW_DEFAULT(start, bin_seconds, 1);
   SINEW_OPTIONAL_DEFAULT(start, uniform_share, 0.1);
+  if (start.carry_on_share() > 0) SINEW_DEFAULT(start, carry_on_seconds, 2);
   // Only where it is in force: recipes of other rules print as they always did,
   // and their runs can be resumed.
   if (start.rule() == v1::Start::RULE_ADAPTIVE_BINS) {
@@ -191,6 +192,7 @@ void FillDistillation(v1::Distillation& distillation) {
   if (distillation.prior_share() > 0) {
     SINEW_OPTIONAL_DEFAULT(distillation, prior_noise, 1);
     SINEW_DEFAULT(distillation, prior_steps, 4);
+    SINEW_DEFAULT(distillation, prior_seconds_ahead, 0.5);
   }
   SINEW_DEFAULT(distillation, max_gradient_norm, 50);
   SINEW_DEFAULT(distillation, minibatch, 2048);

@@ -174,6 +174,20 @@ INSTANTIATE_TEST_SUITE_P(
                   "task.action.clip: expected > 0, found inf"},
         Violation{{"task.action.range_margin=-0.5"},
                   "task.action.range_margin: expected >= 0, found -0.5"},
+        Violation{{"task.start.carry_on_share=1"},
+                  "task.start.carry_on_share: expected [0, 1), found 1"},
+        Violation{{"task.start.carry_on_share=nan"},
+                  "task.start.carry_on_share: expected [0, 1), found nan"},
+        Violation{{"task.start.carry_on_seconds=3"},
+                  "task.start.carry_on_seconds: expected unset, since "
+                  "task.start.carry_on_share is 0, found 3"},
+        Violation{
+            {"task.start.carry_on_share=0.5", "task.start.carry_on_seconds=-1"},
+            "task.start.carry_on_seconds: expected > 0, found -1"},
+        Violation{{"task.start.carry_on_share=0.5",
+                   "task.start.carry_on_seconds=1e7"},
+                  "task.start.carry_on_seconds: expected within [0, 1000000], "
+                  "found 10000000"},
         Violation{{"task.start.uniform_share=1.5"},
                   "task.start.uniform_share: expected within [0, 1], found "
                   "1.5"},

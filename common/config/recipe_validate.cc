@@ -107,6 +107,21 @@ void CheckOnlyClips(const v1::Start& start, FieldChecker& check) {
                 "0, since task.start.only_clips names none", others);
 }
 
+void CheckCarryOn(const v1::Start& start, FieldChecker& check) {
+  const double share = start.carry_on_share();
+  check.Require(share >= 0 && share < 1, "task.start.carry_on_share", "[0, 1)",
+                share);
+  if (share == 0) {
+    check.Require(start.carry_on_seconds() == 0, "task.start.carry_on_seconds",
+                  "unset, since task.start.carry_on_share is 0",
+                  start.carry_on_seconds());
+    return;
+  }
+  check.Positive(start.carry_on_seconds(), "task.start.carry_on_seconds");
+  check.Within(start.carry_on_seconds(), 0, kMaxStartSeconds,
+               "task.start.carry_on_seconds");
+}
+
 void CheckStart(const v1::Start& start, FieldChecker& check) {
   check.Require(start.rule() != v1::Start::RULE_UNSPECIFIED &&
                     v1::Start::Rule_IsValid(start.rule()),
@@ -121,6 +136,7 @@ void CheckStart(const v1::Start& start, FieldChecker& check) {
   check.AtLeast(start.joint_velocity_noise(), 0,
                 "task.start.joint_velocity_noise");
   CheckOnlyClips(start, check);
+  CheckCarryOn(start, check);
   const v1::AdaptiveBins& adaptive = start.adaptive();
   check.Within(adaptive.pre_failure_seconds(), 0, kMaxStartSeconds,
                "task.start.adaptive.pre_failure_seconds");

@@ -23,6 +23,8 @@ enum class RandomPurpose : uint32_t {
   kSelection = 31,      // sequences of a minibatch (learner/memory)
   kLatentNoise = 32,    // latents of a minibatch (learner/distillation)
   kStudentNoise = 33,   // on a student's actions
+  kCarryOn = 34,        // whether a body goes on where its clip has ended
+  kMirror = 35,         // which sequences of a minibatch are mirrored
 };
 
 // Identity of one draw: equal keys give equal numbers, on every machine, in

@@ -60,6 +60,7 @@ void SummariseSegments(const v1::Recipe& recipe,
           episode.reason() == v1::EpisodeEnd::REASON_TIME_LIMIT;
       report.clip_end_episodes +=
           episode.reason() == v1::EpisodeEnd::REASON_CLIP_END;
+      report.carried_episodes += episode.start_kind() == v1::START_KIND_CARRIED;
     }
   }
   if (report.episodes > 0) {

@@ -35,9 +35,10 @@ struct IterationReport {
   int64_t episodes = 0;
   int64_t failed_episodes = 0;  // terminated; others were truncated:
   int64_t time_limit_episodes = 0, clip_end_episodes = 0;
-  int64_t diverged = 0;    // simulations, whoever acted
-  int64_t segments = 0;    // learned from, all of one lag:
-  int64_t policy_lag = 0;  // versions that the orders were behind
+  int64_t carried_episodes = 0;  // of all: begun where another left the body
+  int64_t diverged = 0;          // simulations, whoever acted
+  int64_t segments = 0;          // learned from, all of one lag:
+  int64_t policy_lag = 0;        // versions that the orders were behind
   double mean_episode_steps = 0;
   int64_t physics_steps = 0;
   // Seconds of actor threads by stage, training orders only.

@@ -139,6 +139,7 @@ TEST(Trainer, ReportsWhatTheSegmentsSay) {
   Rig run(MakeRecipe(kLagOne));
 
   const IterationReport first = run.Iterate();
+  run.experience.carried = true;
   const IterationReport second = run.Iterate();
 
   EXPECT_EQ(first.iteration, 1);
@@ -151,6 +152,8 @@ TEST(Trainer, ReportsWhatTheSegmentsSay) {
   EXPECT_EQ(second.failed_episodes, 2);
   EXPECT_EQ(second.time_limit_episodes, 2);
   EXPECT_EQ(second.clip_end_episodes, 2);
+  EXPECT_EQ(first.carried_episodes, 0);
+  EXPECT_EQ(second.carried_episodes, 4);
   EXPECT_EQ(second.diverged, 2);
   EXPECT_EQ(second.mean_episode_steps, 8);
   EXPECT_EQ(second.physics_steps, 256);

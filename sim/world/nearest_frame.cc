@@ -1,6 +1,7 @@
 #include "sim/world/nearest_frame.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace sinew::world {
@@ -22,14 +23,16 @@ void Describe(const BodyState& body, float* out) {
 }
 
 std::vector<StartFrame> Candidates(const v1::Start& recipe,
-                                   const motion::Library& library) {
+                                   const motion::Library& library,
+                                   double seconds) {
+  const int64_t ahead =
+      std::llround(seconds * library.manifest().frames_per_second());
   std::vector<StartFrame> all;
   for (int c = 0; c < library.num_clips(); ++c) {
     const v1::ClipInfo& clip = library.clip(c);
     if (!IsDrawn(recipe, clip)) continue;
-    const int64_t last =
-        std::min(int64_t{NumStartFrames(clip)} - 1,
-                 motion::LastFrame(clip) - NearestFrames::kFramesAhead);
+    const int64_t last = std::min(int64_t{NumStartFrames(clip)} - 1,
+                                  motion::LastFrame(clip) - ahead);
     for (int64_t frame = 0; frame <= last; ++frame) {
       all.push_back({.clip = c, .frame = static_cast<int32_t>(frame)});
     }
@@ -50,8 +53,10 @@ std::vector<StartFrame> Thin(const std::vector<StartFrame>& all, int64_t most) {
 
 NearestFrames::NearestFrames(const v1::Start& recipe,
                              const motion::Library& library,
-                             const BodyReader& reader, int64_t most)
-    : NearestFrames(Candidates(recipe, library), library, reader, most) {}
+                             const BodyReader& reader, double seconds,
+                             int64_t most)
+    : NearestFrames(Candidates(recipe, library, seconds), library, reader,
+                    most) {}
 
 NearestFrames::NearestFrames(const std::vector<StartFrame>& frames,
                              const motion::Library& library,

@@ -20,9 +20,9 @@ namespace sinew::world {
 // Compared are the tracked bodies' positions, and their linear velocities times
 // kVelocitySeconds, both seen from the root's place on the floor along its
 // heading: the distance is the square root of the sum of squares. Candidates
-// are the frames of the clips that IsDrawn says which are followed by at least
-// kFramesAhead others (all frames of a looping clip), or given ones; where
-// there are more than `most`, every n-th, so that at most so many are kept.
+// are the frames of the clips that IsDrawn says from which the motion goes on
+// for some seconds (all frames of a looping clip), or given ones; where there
+// are more than `most`, every n-th, so that at most so many are kept.
 //
 //   NearestFrames frames(recipe.task().start(), library, reader);
 //   std::vector<float> scratch(frames.width());
@@ -34,12 +34,13 @@ namespace sinew::world {
 class NearestFrames {
  public:
   static constexpr double kVelocitySeconds = 0.1;
-  static constexpr int64_t kFramesAhead = 15;
+  static constexpr double kSecondsAhead = 0.5;
   static constexpr int64_t kMostFrames = 32768;
 
-  // `most` >= 1.
+  // `seconds` >= 0, `most` >= 1.
   NearestFrames(const v1::Start& recipe, const motion::Library& library,
-                const BodyReader& reader, int64_t most = kMostFrames);
+                const BodyReader& reader, double seconds = kSecondsAhead,
+                int64_t most = kMostFrames);
 
   // Of these frames instead.
   NearestFrames(const std::vector<StartFrame>& frames,

@@ -28,8 +28,10 @@ class NearestFramesTest : public ::testing::Test {
   }
 
   // Of the library as it is now.
-  void Index(int64_t most = NearestFrames::kMostFrames) {
-    frames_.emplace(toy_.recipe.task().start(), *toy_.library, reader_, most);
+  void Index(int64_t most = NearestFrames::kMostFrames,
+             double seconds = NearestFrames::kSecondsAhead) {
+    frames_.emplace(toy_.recipe.task().start(), *toy_.library, reader_, seconds,
+                    most);
     scratch_.resize(frames_->width());
   }
 
@@ -77,6 +79,13 @@ TEST_F(NearestFramesTest, LeavesOutTheEndsOfClipsThatDoNotLoop) {
   EXPECT_EQ(frames_->size(), 24 + 5 + 1);
   EXPECT_EQ(Find(At(kSway, 4)), std::make_pair(kSway, 4));
   EXPECT_NE(Find(At(kSway, 5)), std::make_pair(kSway, 5));
+
+  // Of 0.3 s that is 9 frames, of a second none.
+  Index(NearestFrames::kMostFrames, /*seconds=*/0.3);
+  EXPECT_EQ(frames_->size(), 24 + 11 + 7);
+  EXPECT_EQ(Find(At(kSway, 5)), std::make_pair(kSway, 5));
+  Index(NearestFrames::kMostFrames, /*seconds=*/1);
+  EXPECT_EQ(frames_->size(), 24);
 }
 
 TEST_F(NearestFramesTest, LeavesOutWhatTrainingDoes) {

@@ -101,6 +101,7 @@ Json Row(const learner::IterationReport& report, const RunFigures& figures) {
               {"body_distance_m", update.body_distance_mean_m},
               {"episodes", report.episodes},
               {"failed_episodes", report.failed_episodes},
+              {"carried_episodes", report.carried_episodes},
               {"episode_steps", report.mean_episode_steps},
               {"diverged", report.diverged}};
   row.update(UpdateRow(update));

@@ -18,7 +18,8 @@ absl::string_view KindName(const v1::Order& order) {
   return order.kind() == v1::Order::KIND_TRAIN ? "train" : "evaluate";
 }
 
-void AddEpisodes(const v1::Order& order, int steps, v1::Segment& segment) {
+void AddEpisodes(const v1::Order& order, int steps, bool carried,
+                 v1::Segment& segment) {
   for (int e = 0; e < order.states_size(); ++e) {
     v1::EpisodeEnd& episode = *segment.add_episodes();
     episode.set_environment(order.first_environment() + e);
@@ -26,6 +27,9 @@ void AddEpisodes(const v1::Order& order, int steps, v1::Segment& segment) {
     // Terminated, time limit, clip end, diverged.
     episode.set_reason(static_cast<v1::EpisodeEnd::Reason>(1 + e % 4));
     episode.set_start_frame(e % 2);
+    if (carried && e % 2 == 1) {
+      episode.set_start_kind(v1::START_KIND_CARRIED);
+    }
     episode.set_steps(steps);
     segment.set_diverged(segment.diverged() + (e % 4 == 3));
   }
@@ -104,7 +108,7 @@ v1::Segment FakeExperience::Train(const v1::Order& order,
     end.set_step(state.step() + order.horizon());
     end.add_physics(0.5 * order.order_id());
   }
-  AddEpisodes(order, order.horizon(), segment);
+  AddEpisodes(order, order.horizon(), carried, segment);
   segment.set_physics_steps(int64_t{4} * order.horizon() * order.states_size());
   segment.mutable_seconds()->set_simulate(0.25);
   return segment;

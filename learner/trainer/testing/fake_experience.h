@@ -41,6 +41,8 @@ class FakeExperience final : public Experience {
   // What the next Take returns if it is an error.
   absl::Status next_take;
   int64_t success_version = 0;
+  // Whether every other environment's episodes begin carried on.
+  bool carried = false;
 
   const std::vector<std::string>& log() const { return log_; }
   // All that were begun, in order.
