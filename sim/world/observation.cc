@@ -1,6 +1,9 @@
 #include "sim/world/observation.h"
 
 #include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "common/check.h"
@@ -257,6 +260,34 @@ int ObservationBuilder::BlockWidth(Observation::Block block) const {
       SINEW_CHECK(false) << "unknown observation block " << block;
       return 0;
   }
+}
+
+std::optional<std::vector<int32_t>> ObservationBuilder::ColumnsOf(
+    const ObservationBuilder& part) const {
+  // Names tell columns apart; here any will do for joints and bodies.
+  const auto numbered = [](int count) {
+    std::vector<std::string> names;
+    for (int i = 0; i < count; ++i) names.push_back(absl::StrCat(i));
+    return names;
+  };
+  const auto names = [&](const ObservationBuilder& builder) {
+    return builder.Names({.joints = numbered(builder.joints_),
+                          .bodies = numbered(builder.bodies_),
+                          .feet = numbered(builder.feet_)});
+  };
+  std::map<std::string, int32_t> place;
+  int32_t column = 0;
+  // Of a frame that is there twice, the first.
+  for (std::string& name : names(*this)) {
+    place.emplace(std::move(name), column++);
+  }
+  std::vector<int32_t> columns;
+  for (const std::string& name : names(part)) {
+    const auto found = place.find(name);
+    if (found == place.end()) return std::nullopt;
+    columns.push_back(found->second);
+  }
+  return columns;
 }
 
 void ObservationBuilder::Build(const ObservationInput& input,

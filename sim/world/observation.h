@@ -1,6 +1,8 @@
 #ifndef SINEW_SIM_WORLD_OBSERVATION_H_
 #define SINEW_SIM_WORLD_OBSERVATION_H_
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,6 +83,12 @@ class ObservationBuilder {
   static absl::StatusOr<ObservationBuilder> Create(
       const v1::Observation& recipe, int bodies, int joints, int feet);
 
+  // Another observation of the same character.
+  absl::StatusOr<ObservationBuilder> ForSameCharacter(
+      const v1::Observation& recipe) const {
+    return Create(recipe, bodies_, joints_, feet_);
+  }
+
   int width() const { return width_; }
   // Columns of the body's own blocks (common/config/recipe.h: IsSelfBlock) that
   // the observation begins with: what needs no reference.
@@ -93,6 +101,11 @@ class ObservationBuilder {
   // The body's own blocks that it begins with alone: its first self_width()
   // columns, bit for bit, and the same whatever the reference is.
   ObservationBuilder SelfPart() const;
+
+  // Of each column of `part`, an observation of the same character, which of
+  // this one's columns it is; none if one is not among them.
+  std::optional<std::vector<int32_t>> ColumnsOf(
+      const ObservationBuilder& part) const;
 
   // Writes [width] float32.
   void Build(const ObservationInput& input, absl::Span<float> out) const;

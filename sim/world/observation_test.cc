@@ -282,6 +282,51 @@ TEST(Observation, HasTwoBlocksAndOneFrameByDefault) {
   EXPECT_EQ(builder->width(), 111 + 113);
 }
 
+TEST(Observation, FindsTheColumnsOfAnObservationOfLess) {
+  const Scene scene(2);
+  const ObservationBuilder whole = Builder(
+      {Observation::BLOCK_SELF_JOINT_SPACE, Observation::BLOCK_PREVIOUS_TARGET,
+       Observation::BLOCK_REFERENCE_DIFFERENCE,
+       Observation::BLOCK_REFERENCE_CONTACT},
+      {1, 3});
+  const auto part = whole.ForSameCharacter([] {
+    Observation recipe;
+    recipe.add_blocks(Observation::BLOCK_REFERENCE_CONTACT);
+    recipe.add_blocks(Observation::BLOCK_REFERENCE_DIFFERENCE);
+    recipe.add_blocks(Observation::BLOCK_SELF_JOINT_SPACE);
+    recipe.add_frames_ahead(3);
+    return recipe;
+  }());
+  ASSERT_TRUE(part.ok());
+
+  const auto columns = whole.ColumnsOf(*part);
+
+  ASSERT_TRUE(columns.has_value());
+  ASSERT_EQ(static_cast<int>(columns->size()), part->width());
+  const std::vector<float> all = scene.Observe(whole);
+  Scene later(1);  // the second of its frames
+  later.reference = {scene.reference[1]};
+  const std::vector<float> seen = later.Observe(*part);
+  for (size_t i = 0; i < columns->size(); ++i) {
+    EXPECT_EQ(seen[i], all[(*columns)[i]]) << i;
+  }
+  EXPECT_FALSE(part->ColumnsOf(whole).has_value());
+}
+
+// A recipe may name one twice; what comes after it is no other column.
+TEST(Observation, FindsTheColumnsBehindAFrameThatIsThereTwice) {
+  const ObservationBuilder whole =
+      Builder({Observation::BLOCK_REFERENCE_DIFFERENCE,
+               Observation::BLOCK_SELF_JOINT_SPACE},
+              {1, 1});
+  const auto columns =
+      whole.ColumnsOf(Builder({Observation::BLOCK_SELF_JOINT_SPACE}));
+
+  ASSERT_TRUE(columns.has_value());
+  EXPECT_EQ(columns->front(), 2 * kDifference);
+  EXPECT_EQ(columns->back(), whole.width() - 1);
+}
+
 TEST(Observation, SelfPartIsItsFirstColumnsBitForBit) {
   const Scene scene(2);
   const ObservationBuilder builder = Builder(

@@ -132,6 +132,7 @@ class TrackingTask {
   int num_get_up_frames() const { return static_cast<int>(get_ups_.size()); }
   // Column names of the observation, for reports and golden tests.
   std::vector<std::string> ObservationNames() const;
+  const ObservationBuilder& observation() const { return observation_; }
 
   // Sets data to the reference pose of the episode's start, previous target to
   // what action.h says; warm start, time and applied forces cleared. `noise`,

@@ -30,9 +30,10 @@ struct Rows {
 //
 // with the bundle's action law (sim/world/action.h) and its policy's mean. In
 // this process (teacher/local_annotator.h) or behind gRPC, with replicas
-// (remote_annotator.h); or several of them, by clip (teacher/clip_annotator.h).
-// The answer is a function of row and bundle alone: the same bytes whoever
-// answers and whatever else is in the batch.
+// (remote_annotator.h); or several of them, by clip (teacher/clip_annotator.h),
+// or one that sees less than who asks (teacher/column_annotator.h). The answer
+// is a function of row and bundle alone: the same bytes whoever answers and
+// whatever else is in the batch.
 //
 // Thread-safety: any thread. Ownership: copies what it keeps. Blocking:
 // Annotate, bounded by the implementation's deadline and stop token. Errors:

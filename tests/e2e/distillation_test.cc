@@ -32,13 +32,18 @@ using ::sinew::testing::IsOk;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+// A student with a latent, that sees more than its teacher.
 const TrainingRig::Arguments& Latent() {
-  static const auto& arguments =
-      *new TrainingRig::Arguments({"--set", "network.latent.width=3", "--set",
-                                   "network.latent.encoder_hidden=8", "--set",
-                                   "network.latent.prior_hidden=8", "--set",
-                                   "network.latent.decoder_hidden=8", "--set",
-                                   "distillation.memory.selector=prioritised"});
+  static const auto& arguments = *new TrainingRig::Arguments(
+      {"--set", "network.latent.width=3", "--set",
+       "network.latent.encoder_hidden=8", "--set",
+       "network.latent.prior_hidden=8", "--set",
+       "network.latent.decoder_hidden=8", "--set",
+       "distillation.memory.selector=prioritised", "--set",
+       "task.observation.blocks=["
+       "BLOCK_SELF_JOINT_SPACE,"
+       "BLOCK_PREVIOUS_TARGET,"
+       "BLOCK_REFERENCE_DIFFERENCE]"});
   return arguments;
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "common/files.h"
 #include "common/policy/teacher_graph.h"
 #include "common/rpc/address.h"
@@ -16,10 +17,12 @@
 #include "deploy/bundle/run_export.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "sim/motion/library.h"
+#include "sim/world/observation.h"
 #include "sim/world/start.h"
 #include "teacher/client/annotator.h"
 #include "teacher/client/remote_annotator.h"
 #include "teacher/clip_annotator.h"
+#include "teacher/column_annotator.h"
 #include "teacher/local_annotator.h"
 #include "teacher/teacher_policy.h"
 #include "tools/teacher/read_teacher.h"
@@ -33,9 +36,36 @@ namespace {
 constexpr char kAmongReplicas[] = ",";
 
 struct LocalTeacher {
-  std::unique_ptr<teacher::LocalAnnotator> annotator;
+  std::unique_ptr<teacher::Annotator> annotator;
+  // Of the annotator; another bundle's works on its threads.
+  const teacher::LocalAnnotator* threads = nullptr;
   teacher::TeacherPolicy policy;
 };
+
+bool SeesAll(absl::Span<const int32_t> columns, int64_t width) {
+  for (size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i] != static_cast<int32_t>(i)) return false;
+  }
+  return static_cast<int64_t>(columns.size()) == width;
+}
+
+// The teacher, shown what it observes of what the student observes.
+absl::StatusOr<std::unique_ptr<teacher::Annotator>> Fit(
+    const std::string& name, std::unique_ptr<teacher::Annotator> teacher,
+    const v1::Recipe& recipe, const TaskSetup& setup) {
+  SINEW_ASSIGN_OR_RETURN(
+      std::vector<int32_t> columns,
+      CheckTeacher(name, teacher->description(), recipe, setup));
+  if (SeesAll(columns, setup.observation_width)) return teacher;
+  if (const double share = recipe.distillation().teacher_share(); share > 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "recipe field distillation.teacher_share: expected 0, since ", name,
+        " does not observe all that the student does in its order, found ",
+        share));
+  }
+  return teacher::ColumnAnnotator::Create(
+      std::move(teacher), std::move(columns), setup.observation_width);
+}
 
 // On the threads of `beside`; null: on so many of its own.
 absl::StatusOr<LocalTeacher> ReadLocal(
@@ -44,12 +74,13 @@ absl::StatusOr<LocalTeacher> ReadLocal(
   LocalTeacher result;
   SINEW_ASSIGN_OR_RETURN(result.policy, teacher::ReadTeacher(folder));
   SINEW_ASSIGN_OR_RETURN(
-      result.annotator,
+      std::unique_ptr<teacher::LocalAnnotator> annotator,
       beside == nullptr
           ? teacher::LocalAnnotator::Create(result.policy, threads)
           : teacher::LocalAnnotator::CreateBeside(*beside, result.policy));
-  SINEW_RETURN_IF_ERROR(
-      CheckTeacher(folder, result.annotator->description(), recipe, setup));
+  result.threads = annotator.get();
+  SINEW_ASSIGN_OR_RETURN(result.annotator,
+                         Fit(folder, std::move(annotator), recipe, setup));
   return result;
 }
 
@@ -166,9 +197,7 @@ absl::StatusOr<std::unique_ptr<teacher::Annotator>> Connect(
   remote.security = options.security;
   remote.stop = options.stop;
   SINEW_ASSIGN_OR_RETURN(auto result, teacher::ConnectAnnotator(remote));
-  SINEW_RETURN_IF_ERROR(
-      CheckTeacher(addresses, result->description(), recipe, setup));
-  return result;
+  return Fit(addresses, std::move(result), recipe, setup);
 }
 
 absl::StatusOr<RunTeacher> OpenElsewhere(const RunTeacherOptions& options,
@@ -199,7 +228,7 @@ absl::StatusOr<RunTeacher> OpenSeveral(const RunTeacherOptions& options,
     }
     SINEW_ASSIGN_OR_RETURN(LocalTeacher local, ReadLocal(name, options.threads,
                                                          recipe, setup, first));
-    if (first == nullptr) first = local.annotator.get();
+    if (first == nullptr) first = local.threads;
     const v1::BundleManifest& manifest = local.policy.manifest;
     SINEW_RETURN_IF_ERROR(several.Add(
         name, ClipsOf(manifest.provenance(), manifest.task().start()),
@@ -224,6 +253,30 @@ absl::Status CheckNames(const std::vector<std::string>& teachers) {
     }
   }
   return absl::OkStatus();
+}
+
+// Which columns of the student's observation are the teacher's.
+absl::StatusOr<std::vector<int32_t>> ObservedColumns(
+    const std::string& name, const v1::DescribeTeacherResponse& teacher,
+    const v1::Recipe& recipe, const TaskSetup& setup) {
+  absl::StatusOr<world::ObservationBuilder> seen =
+      setup.observation->ForSameCharacter(teacher.observation());
+  if (!seen.ok()) {
+    return WithContext(seen.status(), absl::StrCat(name, ": its observation"));
+  }
+  SINEW_RETURN_IF_ERROR(
+      WithContext(SameValue<int64_t>("observation_width", seen->width(),
+                                     teacher.observation_width()),
+                  name));
+  std::optional<std::vector<int32_t>> columns =
+      setup.observation->ColumnsOf(*seen);
+  if (columns.has_value()) return *std::move(columns);
+  return WithContext(
+      Unfit("observation",
+            absl::StrCat("blocks and frames among the recipe's, ",
+                         recipe.task().observation().ShortDebugString()),
+            teacher.observation().ShortDebugString()),
+      name);
 }
 
 }  // namespace
@@ -262,9 +315,9 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
   return result;
 }
 
-absl::Status CheckTeacher(const std::string& name,
-                          const v1::DescribeTeacherResponse& teacher,
-                          const v1::Recipe& recipe, const TaskSetup& setup) {
+absl::StatusOr<std::vector<int32_t>> CheckTeacher(
+    const std::string& name, const v1::DescribeTeacherResponse& teacher,
+    const v1::Recipe& recipe, const TaskSetup& setup) {
   if (teacher.control_hz() == 0) {
     return absl::InvalidArgumentError(absl::StrCat(
         name, ": control_hz: expected ", recipe.physics().control_hz(),
@@ -280,21 +333,14 @@ absl::Status CheckTeacher(const std::string& name,
                             teacher.character_sha256()),
                   name));
   SINEW_RETURN_IF_ERROR(
-      WithContext(SameMessage("observation", recipe.task().observation(),
-                              teacher.observation()),
-                  name));
-  SINEW_RETURN_IF_ERROR(WithContext(
-      SameValue<int64_t>("observation_width", setup.observation_width,
-                         teacher.observation_width()),
-      name));
-  SINEW_RETURN_IF_ERROR(
       WithContext(SameValue<int64_t>("action_width", setup.action_width,
                                      teacher.action_width()),
                   name));
-  return WithContext(
+  SINEW_RETURN_IF_ERROR(WithContext(
       SameMessage("action (distillation.teacher_action)",
                   recipe.distillation().teacher_action(), teacher.action()),
-      name);
+      name));
+  return ObservedColumns(name, teacher, recipe, setup);
 }
 
 }  // namespace sinew::tools

@@ -1,6 +1,7 @@
 #ifndef SINEW_TOOLS_TRAINING_RUN_TEACHER_H_
 #define SINEW_TOOLS_TRAINING_RUN_TEACHER_H_
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -60,7 +61,8 @@ struct RunTeacherOptions {
 
 // Unset where the recipe (defaults filled) has no distillation and there are no
 // teachers. Checks that the teacher is of the task's character and control
-// rate, observes what the student observes and places its targets as
+// rate, observes nothing but what the student observes (maybe less:
+// teacher/column_annotator.h) and places its targets as
 // distillation.teacher_action says. Of several bundles, every clip that starts
 // may be drawn from has one (teacher_choice.h), and its source names it.
 //
@@ -73,10 +75,11 @@ absl::StatusOr<std::optional<RunTeacher>> OpenTeacher(
     const RunTeacherOptions& options, const v1::Recipe& recipe,
     const TaskSetup& setup);
 
-// The check, for a description that `name` gave.
-absl::Status CheckTeacher(const std::string& name,
-                          const v1::DescribeTeacherResponse& teacher,
-                          const v1::Recipe& recipe, const TaskSetup& setup);
+// The check, for a description that `name` gave: of each column that the
+// teacher observes, which of the student's it is.
+absl::StatusOr<std::vector<int32_t>> CheckTeacher(
+    const std::string& name, const v1::DescribeTeacherResponse& teacher,
+    const v1::Recipe& recipe, const TaskSetup& setup);
 
 }  // namespace sinew::tools
 

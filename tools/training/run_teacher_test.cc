@@ -3,11 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <functional>
+#include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "common/files.h"
 #include "common/rpc/server.h"
@@ -18,6 +23,7 @@
 #include "deploy/bundle/testing/toy_bundle.h"
 #include "proto/sinew/v1/recipe.pb.h"
 #include "proto/sinew/v1/teacher.pb.h"
+#include "sim/world/observation.h"
 #include "sim/world/testing/toy_world.h"
 #include "teacher/client/testing/fake_teacher.h"
 
@@ -25,6 +31,7 @@ namespace sinew::tools {
 namespace {
 
 using ::sinew::testing::IsOk;
+using ::sinew::testing::IsOkAndHolds;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -32,7 +39,14 @@ using ::testing::HasSubstr;
 [[maybe_unused]] const auto* const held_grpc =
     ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
-// A run and a teacher that fit each other.
+world::ObservationBuilder Observing(const v1::Observation& recipe) {
+  return world::ObservationBuilder::Create(recipe, /*bodies=*/1, /*joints=*/2,
+                                           /*feet=*/0)
+      .value();
+}
+
+// A run and a teacher that fit each other: both observe 17 columns of the body
+// and 19 of the reference.
 struct Fitting {
   Fitting() {
     recipe.mutable_task()->mutable_observation()->add_frames_ahead(1);
@@ -41,19 +55,22 @@ struct Fitting {
     action.set_scale(0.2);
     recipe.mutable_physics()->set_control_hz(30);
     setup.character_sha256 = "body";
-    setup.observation_width = 5;
+    setup.observation = std::make_shared<const world::ObservationBuilder>(
+        Observing(recipe.task().observation()));
+    setup.observation_width = setup.observation->width();
     setup.action_width = 2;
     teacher.set_control_hz(30);
     teacher.set_character_sha256("body");
-    teacher.set_observation_width(5);
+    teacher.set_observation_width(setup.observation_width);
     teacher.set_action_width(2);
     *teacher.mutable_observation() = recipe.task().observation();
     *teacher.mutable_action() = action;
   }
 
-  absl::Status Check() const {
+  absl::StatusOr<std::vector<int32_t>> Columns() const {
     return CheckTeacher("bundles/expert", teacher, recipe, setup);
   }
+  absl::Status Check() const { return Columns().status(); }
 
   v1::Recipe recipe;
   TaskSetup setup;
@@ -61,7 +78,29 @@ struct Fitting {
 };
 
 TEST(RunTeacher, TakesATeacherThatFits) {
-  EXPECT_THAT(Fitting().Check(), IsOk());
+  std::vector<int32_t> all(36);
+  std::iota(all.begin(), all.end(), 0);
+
+  EXPECT_THAT(Fitting().Columns(), IsOkAndHolds(all));
+}
+
+TEST(RunTeacher, SeesMaybeLessThanItsStudent) {
+  Fitting run;
+  v1::Observation& observation =
+      *run.recipe.mutable_task()->mutable_observation();
+  for (const auto block : {v1::Observation::BLOCK_SELF_JOINT_SPACE,
+                           v1::Observation::BLOCK_PREVIOUS_TARGET,
+                           v1::Observation::BLOCK_REFERENCE_DIFFERENCE}) {
+    observation.add_blocks(block);
+  }
+  run.setup.observation =
+      std::make_shared<const world::ObservationBuilder>(Observing(observation));
+
+  // All but the two columns of the previous target.
+  std::vector<int32_t> expected(36);
+  std::iota(expected.begin(), expected.begin() + 17, 0);
+  std::iota(expected.begin() + 17, expected.end(), 19);
+  EXPECT_THAT(run.Columns(), IsOkAndHolds(expected));
 }
 
 TEST(RunTeacher, NamesTheFieldThatDoesNotFitAndBothValues) {
@@ -74,13 +113,18 @@ TEST(RunTeacher, NamesTheFieldThatDoesNotFitAndBothValues) {
       {[](auto& teacher) { teacher.set_character_sha256("another"); },
        "character_sha256: expected body, found another"},
       {[](auto& teacher) { teacher.set_observation_width(6); },
-       "observation_width: expected 5, found 6"},
+       "observation_width: expected 36, found 6"},
       {[](auto& teacher) { teacher.set_action_width(3); },
        "action_width: expected 2, found 3"},
       {[](auto& teacher) {
          teacher.mutable_observation()->set_frames_ahead(0, 4);
        },
-       "observation: expected the recipe's"},
+       "observation: expected blocks and frames among the recipe's"},
+      {[](auto& teacher) {
+         teacher.mutable_observation()->set_frames_ahead(0, 0);
+       },
+       "its observation: recipe field task.observation.frames_ahead[0]: "
+       "expected >= 1, found 0"},
       {[](auto& teacher) { teacher.mutable_action()->set_scale(0.5); },
        "distillation.teacher_action"}};
   for (const auto& [edit, message] : cases) {

@@ -10,6 +10,7 @@
 #include "common/digest.h"
 #include "common/files.h"
 #include "common/mapped_file.h"
+#include "common/status_context.h"
 #include "common/status_macros.h"
 #include "learner/curriculum/only_clips_check.h"
 #include "sim/character/character.h"
@@ -94,6 +95,27 @@ absl::Status CheckTrainedOn(const v1::Start& start,
                    library.num_clips(), " that is not left out of training"));
 }
 
+// That bodies that are to go on have where to.
+absl::Status CheckGoesOn(const actor::RolloutAssets& rollout,
+                         const std::string& motions) {
+  const v1::Recipe& recipe = rollout.recipe();
+  const v1::Start& start = recipe.task().start();
+  if (start.carry_on_share() > 0 && rollout.onward_frames().size() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        motions, ": expected a clip that stays up for ",
+        start.carry_on_seconds(),
+        " s (recipe field task.start.carry_on_seconds), found none"));
+  }
+  const v1::Distillation& distillation = recipe.distillation();
+  if (distillation.prior_share() > 0 && rollout.nearest_frames().size() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        motions, ": expected a clip that goes on for ",
+        distillation.prior_seconds_ahead(),
+        " s (recipe field distillation.prior_seconds_ahead), found none"));
+  }
+  return absl::OkStatus();
+}
+
 v1::TaskAssets ListAssets(const std::map<std::string, Blob>& assets) {
   v1::TaskAssets list;
   for (const auto& [role, bytes] : assets) {
@@ -134,6 +156,7 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
         ": expected a clip that begins on the floor and ends upright, since "
         "recipe field task.recovery.get_up_share is not 0, found none"));
   }
+  SINEW_RETURN_IF_ERROR(CheckGoesOn(*rollout, motions));
   const character::Character& body = rollout->task().character();
   setup.character = body.name();
   setup.character_sha256 = body.digest();
@@ -141,6 +164,8 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   for (const character::JointInfo& joint : body.joints()) {
     setup.joints.push_back(joint.name);
   }
+  setup.observation = std::make_shared<const world::ObservationBuilder>(
+      rollout->task().observation());
   setup.observation_width = rollout->task().observation_width();
   setup.self_observation_width = rollout->task().self_observation_width();
   setup.action_width = rollout->task().action_width();
@@ -148,8 +173,16 @@ absl::StatusOr<TaskSetup> SetUpTask(const v1::Recipe& recipe,
   setup.layout = rollout->layout();
   setup.layout_sha256 = rollout->layout_sha256();
   setup.limits = rollout->limits();
-  if (recipe.ppo().mirror()) {
-    SINEW_ASSIGN_OR_RETURN(setup.mirror, world::MakeMirror(rollout->task()));
+  if (recipe.ppo().mirror() || recipe.distillation().mirror()) {
+    absl::StatusOr<SegmentMirror> mirror = world::MakeMirror(rollout->task());
+    if (!mirror.ok()) {
+      return WithContext(
+          mirror.status(),
+          absl::StrCat("recipe field ",
+                       recipe.ppo().mirror() ? "ppo" : "distillation",
+                       ".mirror"));
+    }
+    setup.mirror = *std::move(mirror);
   }
   for (auto& [role, bytes] : assets) {
     setup.assets[role] = std::make_shared<const std::string>(std::move(bytes));

@@ -15,6 +15,7 @@
 #include "proto/sinew/v1/rollout.pb.h"
 #include "proto/sinew/v1/state_limits.pb.h"
 #include "sim/motion/library.h"
+#include "sim/world/observation.h"
 
 namespace sinew::tools {
 
@@ -26,6 +27,7 @@ struct TaskSetup {
   // The character's name, digest, and joints in the order of actions.
   std::string character, character_sha256;
   std::vector<std::string> joints;
+  std::shared_ptr<const world::ObservationBuilder> observation;
   int observation_width = 0;
   // Columns that the observation begins with and that are about the body alone.
   int self_observation_width = 0;

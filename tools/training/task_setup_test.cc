@@ -95,6 +95,48 @@ TEST_F(TaskSetups, NeedAGetUpWhereTheRecipeStartsFromThem) {
                              HasSubstr("task.recovery.get_up_share"))));
 }
 
+// Its one clip that does not leave the floor and loops stays up for any time.
+TEST_F(TaskSetups, NeedAFrameThatBodiesCanGoOnAt) {
+  const auto set_up = [&](v1::Recipe recipe, double seconds) {
+    recipe.mutable_task()->mutable_start()->set_carry_on_seconds(seconds);
+    recipe.mutable_task()->mutable_start()->set_carry_on_share(0.5);
+    return SetUpTask(WithDefaults(recipe),
+                     JoinPath(toy_.folder, "character.textproto"),
+                     toy_.library_folder)
+        .status();
+  };
+  v1::Recipe recipe = world::testing::ToyRecipe();
+  EXPECT_THAT(set_up(recipe, 100), IsOk());
+
+  recipe.mutable_task()->mutable_start()->add_only_clips("sway");
+  EXPECT_THAT(set_up(recipe, 0.5), IsOk());
+  EXPECT_THAT(set_up(recipe, 1),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(toy_.library_folder),
+                             HasSubstr("stays up for 1 s (recipe field "
+                                       "task.start.carry_on_seconds)"))));
+}
+
+// The legs of the toy have no partners.
+TEST_F(TaskSetups, NeedAMirrorWhereTheRecipeLearnsFromMirrorImages) {
+  for (const char* learner : {"ppo", "distillation"}) {
+    v1::Recipe recipe = world::testing::ToyRecipe();
+    if (std::string(learner) == "ppo") {
+      recipe.mutable_ppo()->set_mirror(true);
+    } else {
+      recipe.mutable_distillation()->set_mirror(true);
+    }
+    EXPECT_THAT(SetUpTask(WithDefaults(recipe),
+                          JoinPath(toy_.folder, "character.textproto"),
+                          toy_.library_folder)
+                    .status(),
+                StatusIs(absl::StatusCode::kFailedPrecondition,
+                         AllOf(HasSubstr("recipe field " +
+                                         std::string(learner) + ".mirror"),
+                               HasSubstr("mirror_joints"))));
+  }
+}
+
 TEST_F(TaskSetups, TakeTheFallenStatesThatAreKept) {
   const Blob kept = States(3);
   std::map<std::string, std::string> seen;
