@@ -3,10 +3,12 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "common/segment/segment_layout.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/distillation_learner.h"
@@ -181,6 +183,31 @@ TEST(DistillationOptions, AreRefusedByNameWhereTheyDoNotFit) {
   EXPECT_THAT(create(good), StatusIs(absl::StatusCode::kInvalidArgument,
                                      AllOf(HasSubstr("teacher synthetic"),
                                            HasSubstr("found 9"))));
+}
+
+TEST(DistillationInputs, OfMirrorImagesAreTheTasksMirror) {
+  SyntheticTeacher teacher;
+  const auto create = [&](const std::optional<SegmentMirror>& mirror) {
+    return DistillationLearner::Create(
+               StudentRecipe("distillation { mirror: true }"),
+               {.observation_width = kObservation,
+                .self_observation_width = kOwn,
+                .action_width = kAction,
+                .annotator = &teacher,
+                .layout = StudentLayout(),
+                .action_scale = StudentScale(),
+                .mirror = mirror})
+        .status();
+  };
+
+  EXPECT_THAT(create(std::nullopt),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("recipe field distillation.mirror")));
+  EXPECT_THAT(create(SegmentMirror{.observation = {{0}, {1}},
+                                   .action = {{1, 0}, {1, 1}}}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("expected 6 observation and 2 action columns, "
+                                 "found 1 and 2")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "learner/distillation/distillation_learner.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -36,6 +37,17 @@ SequenceShape ShapeOf(const v1::Recipe& recipe,
           .action = options.action_width};
 }
 
+// Of the mirror images of the rows that these are of.
+Moments Mirrored(const Moments& moments, const RowMirror& mirror) {
+  Moments result(mirror.width());
+  result.count = moments.count;
+  for (int i = 0; i < mirror.width(); ++i) {
+    result.mean[i] = mirror.sign[i] * moments.mean[mirror.source[i]];
+    result.squares[i] = moments.squares[mirror.source[i]];
+  }
+  return result;
+}
+
 class Distillation final : public DistillationLearner {
  public:
   Distillation(const v1::Recipe& recipe, const Options& options,
@@ -56,7 +68,9 @@ class Distillation final : public DistillationLearner {
              .shape = shape(),
              .samples_per_insert = recipe.distillation().samples_per_insert(),
              .recipe = recipe.distillation().memory()}),
-        running_({.moments = Moments(options.observation_width)}) {}
+        running_({.moments = Moments(options.observation_width)}),
+        mirror_(recipe.distillation().mirror() ? options.mirror
+                                               : std::nullopt) {}
 
   absl::Status Prepare(absl::Span<const v1::Segment* const> segments) override {
     return labeller_.Prepare(segments);
@@ -109,8 +123,12 @@ class Distillation final : public DistillationLearner {
   const SequenceShape& shape() const { return labeller_.options().shape; }
 
   absl::Status ApplyNormaliser(const std::vector<LabelledSegment>& labelled) {
-    for (const LabelledSegment& one : labelled)
+    for (const LabelledSegment& one : labelled) {
       MergeMoments(one.moments, running_.moments);
+      if (!mirror_) continue;
+      MergeMoments(Mirrored(one.moments, mirror_->observation),
+                   running_.moments);
+    }
     TensorMap weights = networks_->SaveWeights();
     WriteNormalisers(running_.moments, weights);
     return networks_->LoadWeights(weights);
@@ -129,7 +147,8 @@ class Distillation final : public DistillationLearner {
             .learning_rate = learning_rate(),
             .max_gradient_norm = distillation.max_gradient_norm(),
             .kl_weight = KlWeight(distillation, memory_.inserted_rows()),
-            .continuity_weight = distillation.continuity_weight()};
+            .continuity_weight = distillation.continuity_weight(),
+            .mirror = mirror_ ? &*mirror_ : nullptr};
   }
   absl::Status LoadNetworks(const TensorMap& tensors, int64_t steps) {
     SINEW_RETURN_IF_ERROR(networks_->LoadWeights(tensors));
@@ -145,6 +164,7 @@ class Distillation final : public DistillationLearner {
   Labeller labeller_;
   Memory memory_;
   RunningState running_;
+  const std::optional<SegmentMirror> mirror_;
 };
 
 absl::StatusOr<UpdateStatistics> Distillation::Update(
@@ -209,6 +229,26 @@ absl::Status Distillation::Load(const TensorMap& tensors,
   return absl::OkStatus();
 }
 
+absl::Status CheckMirror(const v1::Recipe& recipe,
+                         const DistillationLearner::Options& options) {
+  if (!recipe.distillation().mirror()) return absl::OkStatus();
+  if (!options.mirror) {
+    return absl::InvalidArgumentError(
+        "recipe field distillation.mirror: expected a task with a mirror, "
+        "found none");
+  }
+  const int observation = options.mirror->observation.width();
+  const int action = options.mirror->action.width();
+  if (observation == options.observation_width &&
+      action == options.action_width) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("mirror: expected ", options.observation_width,
+                   " observation and ", options.action_width,
+                   " action columns, found ", observation, " and ", action));
+}
+
 absl::Status CheckOptions(const v1::Recipe& recipe,
                           const DistillationLearner::Options& options) {
   if (options.ranks < 1) {
@@ -229,6 +269,7 @@ absl::Status CheckOptions(const v1::Recipe& recipe,
         " action columns, found ", teacher.observation_width(), " and ",
         teacher.action_width()));
   }
+  SINEW_RETURN_IF_ERROR(CheckMirror(recipe, options));
   return CheckLabelOptions({.layout = options.layout,
                             .shape = ShapeOf(recipe, options),
                             .action_scale = options.action_scale});

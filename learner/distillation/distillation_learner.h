@@ -3,11 +3,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "learner/learner.h"
 #include "proto/sinew/v1/graph.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
@@ -21,7 +23,8 @@ namespace sinew::learner {
 //
 //   Prepare   labels of all valid rows (labeller.h), the segments' rows
 //             together with them as chunks; the state does not change
-//   Update    statistics of the new rows (NormaliserRows, labels.h) into the
+//   Update    statistics of the new rows (NormaliserRows, labels.h), and of
+//             their mirror images with distillation.mirror, into the
 //             normaliser, which minibatches and the next snapshot use alike
 //             chunks into the memory (learner/memory), in order of order_id
 //             the minibatches that are due (distillation_update.h), with the
@@ -61,6 +64,8 @@ class DistillationLearner : public Learner {
     v1::SegmentLayout layout = {};
     // The student's action law, per joint: radians per unit of action.
     std::vector<double> action_scale = {};
+    // Of the task; needed if the recipe says distillation.mirror.
+    std::optional<SegmentMirror> mirror = std::nullopt;
     // Adds frozen graphs that actors need beside the policy, with their
     // weights (the teacher that acts in a share of episodes); may be empty.
     std::function<absl::Status(v1::PolicyGraph&, TensorMap&)> add_graphs = {};

@@ -3,12 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "common/policy/safetensors.h"
 #include "common/segment/episode_actor.h"
+#include "common/segment/mirror.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/testing/distillation_rig.h"
 #include "learner/torch/runtime.h"
@@ -249,6 +251,29 @@ TEST(DistillationLearner, PutsTheStatisticsOfItsRowsIntoTheNormalisers) {
       }
     }
   }
+}
+
+TEST(DistillationLearner, NormalisesByMirrorImagesAsWell) {
+  SyntheticTeacher teacher;
+  SegmentMirror mirror;
+  for (int i = 0; i < kObservation; ++i) {
+    mirror.observation.source.push_back(i);
+    mirror.observation.sign.push_back(i == 0 ? -1 : 1);
+  }
+  mirror.action = {.source = {1, 0}, .sign = {1, 1}};
+  const auto learner =
+      MakeStudentLearner(PlainStudentRecipe("distillation { mirror: true }"),
+                         teacher, /*ranks=*/2, mirror);
+  for (int i = 0; i < 4; ++i) UpdateOnce(*learner, i);
+
+  // Rows are of N(3, 2^2); the mean of +x and -x is 0, of their squares 13.
+  const TensorMap weights = learner->weights();
+  const auto mean = weights.at("normaliser/mean").float32();
+  const auto inverse_std = weights.at("normaliser/inverse_std").float32();
+  EXPECT_NEAR(mean[0], 0, 1e-5);
+  EXPECT_NEAR(inverse_std[0], 1 / std::sqrt(13), 0.05);
+  EXPECT_NEAR(mean[1], 3, 0.4);
+  EXPECT_NEAR(inverse_std[1], 0.5, 0.08);
 }
 
 TEST(DistillationLearner, NormalisesByOthersRowsThanThoseOfThePrior) {

@@ -24,6 +24,18 @@ void Append(absl::Span<const float> values, std::vector<float>& into) {
   into.insert(into.end(), values.begin(), values.end());
 }
 
+// Rows of the mirror's width.
+void AppendMirrored(const RowMirror& mirror, absl::Span<const float> rows,
+                    std::vector<float>& into) {
+  const size_t width = mirror.width();
+  const size_t begin = into.size();
+  into.resize(begin + rows.size());
+  for (size_t at = 0; at < rows.size(); at += width) {
+    mirror.Apply(rows.subspan(at, width),
+                 absl::MakeSpan(into).subspan(begin + at, width));
+  }
+}
+
 double Sum(absl::Span<const float> values) {
   double sum = 0;
   for (const float value : values) sum += value;
@@ -92,10 +104,17 @@ class Minibatches {
                          &buffers.linked}) {
       buffer->clear();
     }
-    for (const Memory::Reference& reference : ShardOf(shard)) {
-      const Memory::Sequence sequence = memory_.At(reference);
-      Append(sequence.observation, buffers.observation);
-      Append(sequence.label, buffers.label);
+    const absl::Span<const Memory::Reference> references = ShardOf(shard);
+    for (size_t i = 0; i < references.size(); ++i) {
+      const Memory::Sequence sequence = memory_.At(references[i]);
+      if (IsMirrored(draw, shard * references.size() + i)) {
+        AppendMirrored(settings_.mirror->observation, sequence.observation,
+                       buffers.observation);
+        AppendMirrored(settings_.mirror->action, sequence.label, buffers.label);
+      } else {
+        Append(sequence.observation, buffers.observation);
+        Append(sequence.label, buffers.label);
+      }
       Append(sequence.valid, buffers.valid);
       Append(sequence.linked, buffers.linked);
     }
@@ -110,6 +129,15 @@ class Minibatches {
             .label = buffers.label,
             .valid = buffers.valid,
             .linked = buffers.linked};
+  }
+
+  // Whether that sequence of the minibatch is.
+  bool IsMirrored(uint64_t draw, uint64_t sequence) const {
+    return settings_.mirror != nullptr &&
+           Uniform({.seed = settings_.seed,
+                    .environment = draw,
+                    .episode = sequence,
+                    .purpose = RandomPurpose::kMirror}) < 0.5;
   }
 
   absl::Status Learn(double valid) {

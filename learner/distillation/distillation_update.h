@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "absl/status/statusor.h"
+#include "common/segment/mirror.h"
 #include "learner/distillation/distillation_networks.h"
 #include "learner/memory/memory.h"
 #include "learner/update/rank_pool.h"
@@ -19,6 +20,8 @@ struct DistillationSettings {
   double max_gradient_norm = 0;
   double kl_weight = 0;
   double continuity_weight = 0;
+  // If not null, half of the sequences are taken as their mirror images.
+  const SegmentMirror* mirror = nullptr;  // borrowed
 };
 
 // Means over minibatches with a finite loss, unless said otherwise.
@@ -34,16 +37,17 @@ struct MinibatchFigures {
 
 // The minibatches that the memory's samples-to-insert ratio allows now:
 //
-//   while one is due: select sequences, gather them
+//   while one is due: select sequences, gather them, some mirrored
 //     per shard on the ranks: noise of the latents, gradient of the loss
 //     a loss or a norm that is not finite: skip it and count
 //     sum the shards' gradients in order, clip their norm, one step
 //     each sequence's priority becomes the mean action loss of its valid rows;
 //     the least one where that is not finite
 //
-// A sequence that is drawn twice in a minibatch counts twice. Noise and
-// selection are functions of (seed, rows sampled so far), so every number is
-// one of networks, memory and settings; the number of ranks has no part in it.
+// A sequence that is drawn twice in a minibatch counts twice. Noise, selection
+// and mirroring are functions of (seed, rows sampled so far), so every number
+// is one of networks, memory and settings; the number of ranks has no part in
+// it.
 //
 // Thread-safety: one caller. Blocking: computes. Errors: those of
 // DistillationNetworks; the update has then been done in part.

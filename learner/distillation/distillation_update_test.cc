@@ -11,6 +11,7 @@
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"
 #include "common/random/philox.h"
+#include "common/segment/mirror.h"
 #include "common/testing/matchers.h"
 #include "learner/distillation/student_networks.h"
 #include "learner/distillation/testing/student_recipe.h"
@@ -59,6 +60,17 @@ struct Fixture {
     return memory;
   }
 
+  // 8 sequences whose rows are all alike.
+  void InsertAlike(float observation, float label) {
+    LabelledSequences all;
+    all.order_id = 1;
+    all.observation.assign(kRows * kObservation, observation);
+    all.label.assign(kRows * kAction, label);
+    all.valid.assign(kRows, 1);
+    all.linked.assign(kRows, 0);
+    memory.Insert(1, MakeChunk(all, kShape));
+  }
+
   // 8 sequences; the labels of the first `huge` are out of bounds.
   void Insert(int64_t order, float valid = 1, int huge = 0) {
     LabelledSequences all;
@@ -77,7 +89,8 @@ struct Fixture {
     memory.Insert(order, MakeChunk(all, kShape));
   }
 
-  MinibatchFigures Run(double max_gradient_norm = 50) {
+  MinibatchFigures Run(double max_gradient_norm = 50,
+                       const SegmentMirror* mirror = nullptr) {
     const DistillationSettings settings = {
         .seed = 7,
         .shape = kShape,
@@ -86,7 +99,8 @@ struct Fixture {
         .learning_rate = 1e-3,
         .max_gradient_norm = max_gradient_norm,
         .kl_weight = 1e-3,
-        .continuity_weight = 1e-4};
+        .continuity_weight = 1e-4,
+        .mirror = mirror};
     const auto figures = RunMinibatches(settings, memory, *networks, pool);
     EXPECT_THAT(figures.status(), IsOk());
     return figures.ok() ? *figures : MinibatchFigures();
@@ -189,13 +203,43 @@ TEST(RunMinibatches, ClipsTheGradientsNorm) {
   EXPECT_NEAR(std::sqrt(squares), 0.1 * kLimit, 1e-3 * kLimit);
 }
 
+// Every column is its own partner, with this sign.
+RowMirror MirrorOf(int width, float sign) {
+  RowMirror mirror{.source = {}, .sign = std::vector<float>(width, sign)};
+  for (int i = 0; i < width; ++i) mirror.source.push_back(i);
+  return mirror;
+}
+
+TEST(RunMinibatches, LearnsFromMirrorImagesOfHalfItsSequences) {
+  const SegmentMirror mirror = {.observation = MirrorOf(kObservation, 1),
+                                .action = MirrorOf(kAction, -1)};
+  const auto loss_after = [](const SegmentMirror* mirror) {
+    Fixture f(/*samples_per_insert=*/200);
+    f.InsertAlike(/*observation=*/0.5F, /*label=*/1);
+    f.Run(50, mirror);  // 200 minibatches
+    f.InsertAlike(0.5F, 1);
+    return f.Run(50, mirror).action;
+  };
+
+  // One label can be learnt; two that contradict each other cannot.
+  const double contradicting = loss_after(&mirror);
+  EXPECT_LT(loss_after(nullptr), 0.3 * contradicting);
+  // Nor can they where the observation does not change, but they can where it
+  // tells which of the two is meant.
+  const SegmentMirror telling = {.observation = MirrorOf(kObservation, -1),
+                                 .action = MirrorOf(kAction, -1)};
+  EXPECT_LT(loss_after(&telling), 0.5 * contradicting);
+}
+
 TEST(RunMinibatches, GivesTheSameWhateverTheNumberOfRanks) {
   std::vector<std::string> weights;
+  const SegmentMirror mirror = {.observation = MirrorOf(kObservation, -1),
+                                .action = MirrorOf(kAction, 1)};
   for (const int ranks : {1, 2, 3}) {
     Fixture f(/*samples_per_insert=*/4, /*prioritised=*/true, ranks);
     f.Insert(1);
     f.Insert(2);
-    EXPECT_EQ(f.Run().minibatches, 8);
+    EXPECT_EQ(f.Run(50, &mirror).minibatches, 8);
     weights.push_back(f.Weights());
   }
   EXPECT_THAT(weights, Each(weights[0]));

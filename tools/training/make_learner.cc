@@ -39,6 +39,7 @@ absl::StatusOr<std::unique_ptr<learner::Learner>> MakeDistillation(
                    .annotator = teacher.annotator.get(),
                    .layout = setup.layout,
                    .action_scale = setup.action_scales,
+                   .mirror = setup.mirror,
                    .add_graphs = teacher.add_graph}));
   if (initial) {
     SINEW_RETURN_IF_ERROR(BeginWithInit(*initial, recipe, setup, *learner));

@@ -127,7 +127,8 @@ std::vector<const v1::Segment*> SegmentPointers(
 std::vector<double> StudentScale() { return {0.5, 0.25}; }
 
 std::unique_ptr<DistillationLearner> MakeStudentLearner(
-    const v1::Recipe& recipe, teacher::Annotator& teacher, int ranks) {
+    const v1::Recipe& recipe, teacher::Annotator& teacher, int ranks,
+    const std::optional<SegmentMirror>& mirror) {
   auto learner =
       DistillationLearner::Create(recipe, {.observation_width = kObservation,
                                            .self_observation_width = kOwn,
@@ -135,7 +136,8 @@ std::unique_ptr<DistillationLearner> MakeStudentLearner(
                                            .ranks = ranks,
                                            .annotator = &teacher,
                                            .layout = StudentLayout(),
-                                           .action_scale = StudentScale()});
+                                           .action_scale = StudentScale(),
+                                           .mirror = mirror});
   EXPECT_THAT(learner.status(), sinew::testing::IsOk());
   return learner.ok() ? *std::move(learner) : nullptr;
 }

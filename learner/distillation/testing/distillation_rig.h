@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "common/policy/safetensors.h"
+#include "common/segment/mirror.h"
 #include "learner/distillation/distillation_learner.h"
 #include "learner/distillation/testing/student_recipe.h"
 #include "proto/sinew/v1/recipe.pb.h"
@@ -64,7 +65,8 @@ std::vector<const v1::Segment*> SegmentPointers(
     const std::vector<v1::Segment>& segments);
 
 std::unique_ptr<DistillationLearner> MakeStudentLearner(
-    const v1::Recipe& recipe, teacher::Annotator& teacher, int ranks = 2);
+    const v1::Recipe& recipe, teacher::Annotator& teacher, int ranks = 2,
+    const std::optional<SegmentMirror>& mirror = std::nullopt);
 
 // Radians per unit of action.
 std::vector<double> StudentScale();
