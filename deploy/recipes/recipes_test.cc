@@ -195,7 +195,12 @@ TEST(StudentsTest, OfTheG1DifferInTheirWorldAndHowOftenTheyLearn) {
   task.mutable_start()->set_bin_seconds(g1.task().start().bin_seconds());
   *task.mutable_randomisation() = g1.task().randomisation();
   *task.mutable_actuator_model() = g1.task().actuator_model();
-  // Its physics takes most of the time: it learns more often from a sample.
+  // Its physics takes most of the time: it learns more often from a sample,
+  // with larger networks.
+  v1::Latent& latent = *pulse.mutable_network()->mutable_latent();
+  EXPECT_GT(g1.network().latent().encoder_hidden(0), latent.encoder_hidden(0));
+  *latent.mutable_encoder_hidden() = g1.network().latent().encoder_hidden();
+  *latent.mutable_decoder_hidden() = g1.network().latent().decoder_hidden();
   const v1::Distillation& often = g1.distillation();
   v1::Distillation& once = *pulse.mutable_distillation();
   EXPECT_GT(often.samples_per_insert(), once.samples_per_insert());
