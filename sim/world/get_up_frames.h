@@ -38,10 +38,10 @@ std::vector<StartFrame> GetUpFrames(const v1::Start& recipe,
 // ends or leads down again.
 inline constexpr double kSecondsUp = 1;
 
-// The frames at which a body that has got up may go on: those of the clips that
-// IsDrawn in which the character is upright, there and in the frames of the
-// `seconds` (>= 0) after it (of a looping clip, as it comes round), in the
-// order of clip and frame.
+// The frames at which a body that has got up, or whose clip has ended, may go
+// on: those of the clips that IsDrawn in which the character is upright, there
+// and in the frames of the `seconds` (>= 0) after it (of a looping clip, as it
+// comes round), in the order of clip and frame.
 //
 // Pure function; reads every frame once or, of a looping clip, some twice.
 // Errors: none.
