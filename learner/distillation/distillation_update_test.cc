@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/types/span.h"
@@ -60,11 +61,15 @@ struct Fixture {
     return memory;
   }
 
-  // 8 sequences whose rows are all alike.
+  // 8 sequences whose rows are all alike; the first column is -1 times the
+  // others.
   void InsertAlike(float observation, float label) {
     LabelledSequences all;
     all.order_id = 1;
     all.observation.assign(kRows * kObservation, observation);
+    for (int row = 0; row < kRows; ++row) {
+      all.observation[row * kObservation] = -observation;
+    }
     all.label.assign(kRows * kAction, label);
     all.valid.assign(kRows, 1);
     all.linked.assign(kRows, 0);
@@ -229,6 +234,10 @@ TEST(RunMinibatches, LearnsFromMirrorImagesOfHalfItsSequences) {
   const SegmentMirror telling = {.observation = MirrorOf(kObservation, -1),
                                  .action = MirrorOf(kAction, -1)};
   EXPECT_LT(loss_after(&telling), 0.5 * contradicting);
+  // As it does where the first two columns change places.
+  SegmentMirror swapping = mirror;
+  std::swap(swapping.observation.source[0], swapping.observation.source[1]);
+  EXPECT_LT(loss_after(&swapping), 0.8 * contradicting);
 }
 
 TEST(RunMinibatches, GivesTheSameWhateverTheNumberOfRanks) {

@@ -74,6 +74,14 @@ class ServiceExperienceTest : public ::testing::Test {
     SetProgramLogger(nullptr);
   }
 
+  void ReplayIsAwayForThreeSteps() {
+    replay_.SetAway(true);
+    options_.check = [this, steps = 0]() mutable {
+      if (++steps == 3) replay_.SetAway(false);
+      return absl::OkStatus();
+    };
+  }
+
   ServiceExperience& experience() {
     if (experience_ == nullptr) {
       experience_ = std::make_unique<ServiceExperience>(
@@ -286,11 +294,7 @@ TEST_F(ServiceExperienceTest, FailsWhenActorsKeepSendingToAnotherReplay) {
 }
 
 TEST_F(ServiceExperienceTest, WaitsForAReplayThatIsAway) {
-  replay_.SetAway(true);
-  options_.check = [this, steps = 0]() mutable {
-    if (++steps == 3) replay_.SetAway(false);
-    return absl::OkStatus();
-  };
+  ReplayIsAwayForThreeSteps();
   StartActor();
   ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
 
@@ -314,11 +318,7 @@ TEST_F(ServiceExperienceTest, LooksForAReplayThatIsAwayMoreOftenThanItSteps) {
   options_.step = absl::Hours(1);
   options_.backoff = {.initial = absl::Milliseconds(1),
                       .longest = absl::Milliseconds(2)};
-  replay_.SetAway(true);
-  options_.check = [this, steps = 0]() mutable {
-    if (++steps == 3) replay_.SetAway(false);
-    return absl::OkStatus();
-  };
+  ReplayIsAwayForThreeSteps();
   StartActor();
   ASSERT_THAT(experience().Begin({MakeOrder(1)}), IsOk());
 
