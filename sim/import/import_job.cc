@@ -247,9 +247,9 @@ std::string ImportJob::Path() const {
 }
 
 std::string ImportJob::Name() const {
-  const std::string name = ClipName(file.path);
-  if (!next.has_value()) return name;
-  return absl::StrCat(name, "_to_", ClipName(next->path));
+  if (!name.empty()) return name;
+  return next.has_value() ? BlendName(file.path, next->path)
+                          : ClipName(file.path);
 }
 
 std::string ImportJob::Sha256() const {
@@ -270,6 +270,7 @@ ImportJob MakeJob(const BlendedFiles& files, const ReadClipOptions& options) {
   ImportJob job = MakeJob(files.first, options);
   job.next = ReadJobFile(files.second, options);
   job.blend = files.blend;
+  job.name = files.name;
   return job;
 }
 

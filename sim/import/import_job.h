@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "sim/import/blend_clips.h"
 #include "sim/import/clip_cache.h"
 #include "sim/import/clip_report.h"
 #include "sim/import/importer.h"
@@ -26,6 +27,7 @@ struct ImportJob {
   // What follows it over a gap, and how, of a clip that is joined from two.
   std::optional<JobFile> next;
   BlendOptions blend;
+  std::string name;  // given; empty: after the files
   // The mirror image of the clip is meant.
   bool mirrored = false;
 

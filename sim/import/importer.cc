@@ -11,6 +11,7 @@
 #include "common/files.h"
 #include "common/mutex.h"
 #include "common/status_macros.h"
+#include "sim/import/blend_clips.h"
 #include "sim/import/clip_cache.h"
 #include "sim/import/clip_name.h"
 #include "sim/import/import_job.h"

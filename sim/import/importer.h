@@ -10,7 +10,7 @@
 #include "common/stop.h"
 #include "proto/sinew/v1/skeleton_map.pb.h"
 #include "sim/character/character.h"
-#include "sim/import/blend_clips.h"
+#include "sim/import/blend_list.h"
 #include "sim/import/clip_report.h"
 #include "sim/import/credit.h"
 #include "sim/import/edit.h"
@@ -27,13 +27,6 @@ struct ImportProgress {
   int done = 0;  // files and blends, their mirror images as well
   int total = 0;
   const ClipReport* last = nullptr;  // what was just finished
-};
-
-// Two files whose clips are joined over a gap into one of the library, called
-// FIRST_to_SECOND after the files.
-struct BlendedFiles {
-  std::string first, second;  // paths
-  BlendOptions blend = {};
 };
 
 struct ImportOptions {

@@ -8,7 +8,7 @@ namespace sinew::tools {
 // `sinew motion blend FIRST SECOND`: two clips of any format, each trimmed if
 // wished, joined over a gap into one clip of a library, with report.json,
 // report.html and a table as `sinew motion import` has. The library holds it
-// alone, or with the clips of --with.
+// alone, or with the clips of --with. --list: many such pairs in one library.
 void AddMotionBlend(CLI::App& motion, Action& action);
 
 }  // namespace sinew::tools

@@ -233,6 +233,52 @@ TEST_F(MotionCommandTest, BlendsTwoClipsOverAGap) {
   EXPECT_THAT(printed_, HasSubstr("0.2 s by other.txt"));
 }
 
+TEST_F(MotionCommandTest, BlendsTheListedPairsIntoOneLibrary) {
+  WriteTestFile("march.txt", import::testing::MarchJson());
+  WriteTestFile("other.txt", import::testing::MarchJson(0.05));
+  const std::string list = WriteTestFile("blends.textproto", R"(
+    blends { first: "march.txt" second: "other.txt" gap_s: 0.2 first_to_s: 0.8 }
+    blends { first: "march.txt" second: "other.txt" gap_s: 1 name: "again" })");
+
+  ASSERT_THAT(
+      Run({"blend", "--out", TestPath("library"), "--no-html", "--list", list}),
+      IsOk());
+
+  EXPECT_THAT(printed_,
+              AllOf(HasSubstr("march_to_other"), HasSubstr("  again  ")));
+  // A root that is mistyped gives no library of the others alone.
+  EXPECT_THAT(
+      Run({"blend", "--out", TestPath("library"), "--no-html", "--list", list,
+           "--root", TestPath("elsewhere"), "--with", TestPath("march.txt")}),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("root: expected a folder")));
+}
+
+TEST_F(MotionCommandTest, BlendsTwoClipsOrAList) {
+  const std::string list = WriteTestFile(
+      "blends.textproto", "blends { first: \"a\" second: \"b\" }");
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"blend", "--out", TestPath("library")});
+    return Run(words);
+  };
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--seconds", "0.2"},
+        {"--trim-first", "0", "1"},
+        {"--trim-second", "0", "1"},
+        {"a.txt", "b.txt"}}) {
+    std::vector<std::string> words = {"--list", list};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_THROW(static_cast<void>(run(words)), CLI::ExcludesError) << more[0];
+  }
+  EXPECT_THROW(static_cast<void>(run({"--root", "a", "b.txt", "c.txt"})),
+               CLI::RequiresError);
+  EXPECT_THAT(run({}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                HasSubstr("expected two clips or --list, "
+                                          "found neither")));
+  EXPECT_THAT(run({"a.txt"}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                       HasSubstr("found one clip")));
+}
+
 TEST_F(MotionCommandTest, RefusesToBlendWhatIsNoClipOrOverNoGap) {
   const std::string march =
       WriteTestFile("march.txt", import::testing::MarchJson());
