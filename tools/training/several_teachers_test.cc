@@ -1,32 +1,21 @@
+#include "tools/training/testing/several_teachers.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdint>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
-#include "absl/types/span.h"
 #include "common/clock.h"
-#include "common/config/recipe.h"
-#include "common/files.h"
 #include "common/rpc/testing/held_grpc.h"
 #include "common/rpc/testing/socket_folder.h"
 #include "common/testing/matchers.h"
-#include "deploy/bundle/bundle.h"
-#include "deploy/bundle/testing/toy_bundle.h"
 #include "proto/sinew/v1/bundle.pb.h"
 #include "proto/sinew/v1/recipe.pb.h"
-#include "sim/motion/library.h"
-#include "sim/world/testing/toy_world.h"
 #include "teacher/service/teacher_server.h"
-#include "tools/evaluation/evaluate_bundle.h"
 #include "tools/teacher/read_teacher.h"
 #include "tools/training/run_teacher.h"
-#include "tools/training/task_setup.h"
 
 namespace sinew::tools {
 namespace {
@@ -34,100 +23,16 @@ namespace {
 using ::sinew::testing::IsOk;
 using ::sinew::testing::StatusIs;
 using ::testing::AllOf;
+using testing::ClipNames;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::SeveralTeachers;
 
 [[maybe_unused]] const auto* const held_grpc =
     ::testing::AddGlobalTestEnvironment(new rpc::HeldGrpc());
 
-std::vector<std::string> ClipNames(const motion::Library& library) {
-  std::vector<std::string> names;
-  for (int c = 0; c < library.num_clips(); ++c) {
-    names.push_back(library.clip(c).name());
-  }
-  return names;
-}
-
-// A run of the toy's task, and bundles that could teach it.
-struct Several {
-  Several() {
-    recipe = toy.recipe;
-    recipe.mutable_distillation();
-    *recipe.mutable_distillation()->mutable_teacher_action() =
-        recipe.task().action();
-    recipe = WithDefaults(recipe);
-    const auto set_up =
-        SetUpTask(recipe, JoinPath(toy.folder, "character.textproto"),
-                  toy.library_folder);
-    EXPECT_THAT(set_up, IsOk());
-    setup = *set_up;
-  }
-
-  // A bundle that names these clips, and says what they were to its training;
-  // by default nothing, as bundles of old versions.
-  std::string Bundle(const std::string& name,
-                     const std::vector<std::string>& clips, double gain = 0.3,
-                     const std::vector<std::string>& only = {},
-                     const std::vector<v1::ClipUse>& uses = {}) {
-    bundle::BundleContent content = bundle::testing::ToyContent(toy, gain);
-    v1::BundleProvenance& provenance = *content.manifest.mutable_provenance();
-    provenance.clear_clips();
-    for (const std::string& clip : clips) {
-      provenance.add_clips(clip + ": made for tests (Apache-2.0)");
-    }
-    provenance.clear_clip_uses();
-    for (const v1::ClipUse use : uses) provenance.add_clip_uses(use);
-    v1::Start& start = *content.manifest.mutable_task()->mutable_start();
-    for (const std::string& clip : only) start.add_only_clips(clip);
-    const std::string folder = JoinPath(toy.folder, name);
-    EXPECT_THAT(bundle::WriteBundle(content, folder), IsOk());
-    return folder;
-  }
-  // A file of what `sinew eval` says of a bundle that wins so many of the one
-  // start of each clip.
-  std::string Evaluation(const std::string& bundle,
-                         const std::vector<int>& won) const {
-    const std::string file = bundle + ".json";
-    EXPECT_THAT(evaluation::EvaluateBundle(bundle, toy.library_folder, file,
-                                           {.starts = 1, .seconds = 0.2}, {})
-                    .status(),
-                IsOk());
-    nlohmann::json json = nlohmann::json::parse(*ReadFile(file));
-    for (size_t c = 0; c < won.size(); ++c) {
-      json["clips"][c]["succeeded_starts"] = won[c];
-    }
-    EXPECT_THAT(WriteFileAtomically(file, json.dump()), IsOk());
-    return file;
-  }
-  // What the teacher says of one row of a clip.
-  std::vector<double> Target(const RunTeacher& teacher, int clip) const {
-    return Target(teacher, clip,
-                  std::vector<float>(setup.observation_width, 0.5F));
-  }
-  std::vector<double> Target(const RunTeacher& teacher, int clip,
-                             const std::vector<float>& observations) const {
-    const std::vector<double> bases(setup.action_width, 0.01);
-    const std::vector<int32_t> clips = {clip};
-    std::vector<double> targets(bases.size());
-    EXPECT_THAT(
-        teacher.annotator->Annotate(
-            {.observations = observations, .bases = bases, .clips = clips},
-            absl::MakeSpan(targets)),
-        IsOk());
-    return targets;
-  }
-  absl::StatusOr<std::optional<RunTeacher>> Open(
-      const std::vector<std::string>& teachers) const {
-    return OpenTeacher({.teachers = teachers}, recipe, setup);
-  }
-
-  const world::testing::ToyWorld toy = world::testing::MakeToyWorld();
-  v1::Recipe recipe;
-  TaskSetup setup;
-};
-
-TEST(SeveralTeachers, EachLabelsTheClipsThatItNames) {
-  Several run;
+TEST(SeveralTeachersTest, EachLabelsTheClipsThatItNames) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_GE(clips.size(), 2u);
   const std::string first = run.Bundle("first", {clips[0]});
@@ -152,8 +57,8 @@ TEST(SeveralTeachers, EachLabelsTheClipsThatItNames) {
   EXPECT_NE(run.Target(found, 0), run.Target(found, 1));
 }
 
-TEST(SeveralTeachers, OfABundleOfAFewClipsOfItsLibraryAreThoseItsOwn) {
-  Several run;
+TEST(SeveralTeachersTest, OfABundleOfAFewClipsOfItsLibraryAreThoseItsOwn) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string first = run.Bundle("first", clips, 0.3, {clips[0]});
   const std::string rest =
@@ -166,8 +71,8 @@ TEST(SeveralTeachers, OfABundleOfAFewClipsOfItsLibraryAreThoseItsOwn) {
   EXPECT_EQ(run.Target(**teacher, 1), run.Target(**run.Open({rest}), 1));
 }
 
-TEST(SeveralTeachers, EachLabelsTheClipsThatItSaysItWasTrainedOn) {
-  Several run;
+TEST(SeveralTeachersTest, EachLabelsTheClipsThatItSaysItWasTrainedOn) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_EQ(clips.size(), 3u);
   const std::string first =
@@ -188,8 +93,8 @@ TEST(SeveralTeachers, EachLabelsTheClipsThatItSaysItWasTrainedOn) {
   EXPECT_NE(run.Target(**teacher, 0), run.Target(**teacher, 1));
 }
 
-TEST(SeveralTeachers, LabelsNoClipThatNoneWasTrainedOn) {
-  Several run;
+TEST(SeveralTeachersTest, LabelsNoClipThatNoneWasTrainedOn) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_EQ(clips.size(), 3u);
   const std::string first = run.Bundle(
@@ -210,8 +115,8 @@ TEST(SeveralTeachers, LabelsNoClipThatNoneWasTrainedOn) {
   EXPECT_THAT(run.Open({first, second}), IsOk());
 }
 
-TEST(SeveralTeachers, ActsInNoEpisodes) {
-  Several run;
+TEST(SeveralTeachersTest, ActsInNoEpisodes) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string first = run.Bundle("first", {clips[0]});
   const std::string rest = run.Bundle("rest", {clips.begin() + 1, clips.end()});
@@ -222,8 +127,8 @@ TEST(SeveralTeachers, ActsInNoEpisodes) {
                        HasSubstr("distillation.teacher_share")));
 }
 
-TEST(SeveralTeachers, LabelsEveryClip) {
-  Several run;
+TEST(SeveralTeachersTest, LabelsEveryClip) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string first = run.Bundle("first", {clips[0]});
   const std::string other = run.Bundle("other", {"another"});
@@ -237,8 +142,8 @@ TEST(SeveralTeachers, LabelsEveryClip) {
   EXPECT_THAT(run.Open({first, other}), IsOk());
 }
 
-TEST(SeveralTeachers, OfBundlesOfOneClipTheNarrowestLabelsIt) {
-  Several run;
+TEST(SeveralTeachersTest, OfBundlesOfOneClipTheNarrowestLabelsIt) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string all = run.Bundle("all", clips, /*gain=*/0.3);
   const std::string first = run.Bundle("first", {clips[0]}, /*gain=*/0.6);
@@ -253,8 +158,8 @@ TEST(SeveralTeachers, OfBundlesOfOneClipTheNarrowestLabelsIt) {
 }
 
 // The evaluations are real ones, but for who wins.
-TEST(SeveralTeachers, EachLabelsWhatItsEvaluationSaysItDoesBestAt) {
-  Several run;
+TEST(SeveralTeachersTest, EachLabelsWhatItsEvaluationSaysItDoesBestAt) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_EQ(clips.size(), 3u);
   const std::string first = run.Bundle("first", clips, /*gain=*/0.3);
@@ -279,59 +184,9 @@ TEST(SeveralTeachers, EachLabelsWhatItsEvaluationSaysItDoesBestAt) {
                        HasSubstr("--teacher-eval")));
 }
 
-// The student sees its previous target as well, which no teacher does.
-TEST(SeveralTeachers, MaySeeLessThanTheStudent) {
-  Several run;
-  const std::vector<std::string> clips = ClipNames(*run.setup.library);
-  const std::string first = run.Bundle("first", {clips[0]}, /*gain=*/0.3);
-  const std::string rest =
-      run.Bundle("rest", {clips.begin() + 1, clips.end()}, /*gain=*/0.6);
-  const auto narrow = run.Open({first, rest});
-  ASSERT_THAT(narrow, IsOk());
-  std::vector<float> seen(run.setup.observation_width);
-  for (size_t i = 0; i < seen.size(); ++i) {
-    seen[i] = 0.01F * static_cast<float>(i);
-  }
-  const std::vector<double> of_first = run.Target(**narrow, 0, seen);
-  const std::vector<double> of_rest = run.Target(**narrow, 1, seen);
-  ASSERT_NE(of_first, of_rest);
-  const int own = run.setup.self_observation_width;
-  v1::Observation& observation =
-      *run.recipe.mutable_task()->mutable_observation();
-  observation.clear_blocks();
-  for (const auto block : {v1::Observation::BLOCK_SELF_JOINT_SPACE,
-                           v1::Observation::BLOCK_PREVIOUS_TARGET,
-                           v1::Observation::BLOCK_REFERENCE_DIFFERENCE}) {
-    observation.add_blocks(block);
-  }
-  const auto set_up =
-      SetUpTask(run.recipe, JoinPath(run.toy.folder, "character.textproto"),
-                run.toy.library_folder);
-  ASSERT_THAT(set_up, IsOk());
-  run.setup = *set_up;
-  // What the previous target is, the teachers do not mind.
-  std::vector<float> wide = seen;
-  wide.insert(wide.begin() + own, run.setup.action_width, 7.0F);
-  ASSERT_EQ(static_cast<int>(wide.size()), run.setup.observation_width);
-
-  const auto both = run.Open({first, rest});
-  ASSERT_THAT(both, IsOk());
-  EXPECT_EQ(run.Target(**both, 0, wide), of_first);
-  EXPECT_EQ(run.Target(**both, 1, wide), of_rest);
-  const auto alone = run.Open({rest});
-  ASSERT_THAT(alone, IsOk());
-  EXPECT_EQ(run.Target(**alone, 0, wide), of_rest);
-  // By what it sees an actor could not let it act.
-  run.recipe.mutable_distillation()->set_teacher_share(0.25);
-  EXPECT_THAT(run.Open({first}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       AllOf(HasSubstr("distillation.teacher_share"),
-                             HasSubstr("does not observe all"))));
-}
-
 // One bundle has two replicas.
-TEST(SeveralTeachers, ElsewhereLabelAsTheyDoHere) {
-  Several run;
+TEST(SeveralTeachersTest, ElsewhereLabelAsTheyDoHere) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   ASSERT_EQ(clips.size(), 3u);
   const std::string first = run.Bundle("first", {clips[0]}, /*gain=*/0.3);
@@ -370,8 +225,8 @@ TEST(SeveralTeachers, ElsewhereLabelAsTheyDoHere) {
                      HasSubstr(c->address()), HasSubstr("commas"))));
 }
 
-TEST(SeveralTeachers, AreNamedByFoldersThatAreThereOrAddresses) {
-  Several run;
+TEST(SeveralTeachersTest, AreNamedByFoldersThatAreThereOrAddresses) {
+  SeveralTeachers run;
   const std::string there = run.Bundle("there", {"turn"});
   for (const std::string& name :
        {there + "s", std::string("unix:/a,") + there}) {
@@ -383,8 +238,8 @@ TEST(SeveralTeachers, AreNamedByFoldersThatAreThereOrAddresses) {
 }
 
 // What another bundle does better throughout is not learned from, nor kept.
-TEST(SeveralTeachers, ByEvaluationsAreThoseThatDoBestAtAClip) {
-  Several run;
+TEST(SeveralTeachersTest, ByEvaluationsAreThoseThatDoBestAtAClip) {
+  SeveralTeachers run;
   const std::vector<std::string> clips = ClipNames(*run.setup.library);
   const std::string best = run.Bundle("best", clips, /*gain=*/0.3);
   const std::string worse = run.Bundle("worse", clips, /*gain=*/0.6);
@@ -402,8 +257,8 @@ TEST(SeveralTeachers, ByEvaluationsAreThoseThatDoBestAtAClip) {
   EXPECT_EQ(run.Target(**teacher, 0), run.Target(**run.Open({best}), 0));
 }
 
-TEST(SeveralTeachers, HasEvaluationsOnlyWhereThereAreBundlesToChooseFrom) {
-  Several run;
+TEST(SeveralTeachersTest, HasEvaluationsOnlyWhereThereAreBundlesToChooseFrom) {
+  SeveralTeachers run;
   const std::string only = run.Bundle("only", {"turn", "sway", "tumble"});
 
   EXPECT_THAT(OpenTeacher({.teachers = {only}, .evaluations = {"e.json"}},
