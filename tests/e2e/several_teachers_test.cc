@@ -40,7 +40,7 @@ TEST(SeveralTeachersTest, LearnsFromOneTeacherPerClip) {
               rig.Train("swapped", 3, Taught(served.address, {turns})));
   EXPECT_EQ(rig.FingerprintOf("swapped"), rig.FingerprintOf("run"));
   rig.MustRun("one", rig.Train("one", 3, Taught(others)));
-  EXPECT_NE(rig.FingerprintOf("one"), rig.FingerprintOf("run"));
+  EXPECT_NE(rig.TensorsOf("one"), rig.TensorsOf("run"));
   EXPECT_FALSE(
       rig.Run("alone", rig.Train("alone", 1, Taught(turns, {turns}))).ok());
   EXPECT_THAT(rig.Output("alone"), HasSubstr("expected several bundles"));
@@ -90,7 +90,7 @@ TEST(SeveralTeachersTest, LearnsFromTheBestByEvaluations) {
   EXPECT_THAT(rig.Output("other"),
               AllOf(HasSubstr("--teacher-eval"), HasSubstr("clip sway")));
   rig.MustRun("swapped", rig.Train("swapped", 3, taught(sways_too, turns_too)));
-  EXPECT_NE(rig.FingerprintOf("swapped"), rig.FingerprintOf("straight"));
+  EXPECT_NE(rig.TensorsOf("swapped"), rig.TensorsOf("straight"));
 }
 
 }  // namespace

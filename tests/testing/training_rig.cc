@@ -131,6 +131,10 @@ std::string TrainingRig::FingerprintOf(const std::string& run) const {
   return Fingerprint(StateOf(run));
 }
 
+std::string TrainingRig::TensorsOf(const std::string& run) const {
+  return Sha256Hex(SerializeSafetensors(StateOf(run).tensors));
+}
+
 int TrainingRig::Rows(const std::string& run) const {
   const auto text = ReadFile(JoinPath(Path(run), "metrics.jsonl"));
   return text.ok()

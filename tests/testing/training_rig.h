@@ -57,6 +57,9 @@ class TrainingRig {
   // The latest state in a run's folder, and its fingerprint.
   learner::Trainer::State StateOf(const std::string& run) const;
   std::string FingerprintOf(const std::string& run) const;
+  // SHA-256 of its tensors alone: equal for runs that learnt the same, whatever
+  // their recipes and teachers say.
+  std::string TensorsOf(const std::string& run) const;
 
   // Rows of a run's metrics.jsonl.
   int Rows(const std::string& run) const;
