@@ -1,5 +1,6 @@
 #include "tools/zoo/card_text.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -89,21 +90,23 @@ std::string SourceFlags(const v1::BundleProvenance& provenance) {
 }
 
 // Of bundles that others steer by what lies in the latent.
-std::string LatentSnippet(int64_t width) {
+std::string LatentSnippet(const v1::BundleManifest& manifest) {
+  const int64_t width = manifest.latent_width();
   if (width == 0) return "";
-  return absl::StrCat("\nWithout any reference, by its latent of ", width,
-                      " numbers (no library is loaded then):\n\n"
-                      "```c\n"
-                      "double mean[",
-                      width, "], std[", width,
-                      "];\n"
-                      "sinew_prior(policy, &state, mean, std, ",
-                      width,
-                      ");  /* likely moves */\n"
-                      "sinew_decode(policy, &state, mean, ",
-                      width,
-                      ", target);  /* or your own */\n"
-                      "```\n");
+  const auto& blocks = manifest.task().observation().blocks();
+  const bool sees_target =
+      std::find(blocks.begin(), blocks.end(),
+                v1::Observation::BLOCK_PREVIOUS_TARGET) != blocks.end();
+  return absl::StrCat(
+      "\nWithout any reference, by its latent of ", width,
+      " numbers (no library is loaded then):\n\n```c\n",
+      sees_target ? "sinew_reset(policy, &state, NULL);  /* once: no target "
+                    "came before */\n"
+                  : "",
+      "double mean[", width, "], std[", width,
+      "];\nsinew_prior(policy, &state, mean, std, ", width,
+      ");  /* likely moves */\nsinew_decode(policy, &state, mean, ", width,
+      ", target);  /* or your own */\n```\n");
 }
 
 }  // namespace
@@ -185,7 +188,7 @@ std::string LoadChapter(const CardFacts& facts) {
       facts.bundle.manifest.control_hz(),
       " times a second */\n"
       "```\n",
-      LatentSnippet(facts.bundle.manifest.latent_width()),
+      LatentSnippet(facts.bundle.manifest),
       "\nIn Python, the network alone (onnxruntime, numpy):\n\n",
       PythonSnippet(facts));
 }

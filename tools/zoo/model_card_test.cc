@@ -17,6 +17,7 @@
 #include "deploy/bundle/testing/toy_latent.h"
 #include "learner/procedure/procedure.h"
 #include "proto/sinew/v1/bundle.pb.h"
+#include "proto/sinew/v1/recipe.pb.h"
 #include "sim/motion/library.h"
 #include "sim/world/testing/toy_world.h"
 #include "tools/training/procedure_record.h"
@@ -85,9 +86,28 @@ TEST_F(ModelCardRig, SaysHowAStudentOfATeacherIsMadeAgainAndSteered) {
   EXPECT_THAT(*card, AllOf(HasSubstr(" --teacher phc_plus\n"),
                            HasSubstr("they may have seen clips that are left "
                                      "out above"),
-                           HasSubstr("double mean[6], std[6];"),
+                           HasSubstr("```c\ndouble mean[6], std[6];"),
                            HasSubstr("sinew_decode(policy, &state, mean, 6, "
                                      "target);")));
+}
+
+// Which is what the runtime asks for.
+TEST_F(ModelCardRig, BeginsAnEpisodeWhereTheDecoderSeesThePreviousTarget) {
+  v1::Recipe recipe = bundle::testing::ToyLatentRecipe();
+  v1::Observation& observation = *recipe.mutable_task()->mutable_observation();
+  observation.clear_blocks();
+  observation.add_blocks(v1::Observation::BLOCK_SELF_JOINT_SPACE);
+  observation.add_blocks(v1::Observation::BLOCK_PREVIOUS_TARGET);
+  observation.add_blocks(v1::Observation::BLOCK_REFERENCE_DIFFERENCE);
+  const bundle::BundleContent content = bundle::testing::ToyLatentContent(
+      world::testing::MakeToyWorld(recipe),
+      {.self = 33 + 4, .observation = 37 + 35});
+  ASSERT_THAT(bundle::WriteBundle(content, options_.bundle), IsOk());
+
+  const auto card = Card();
+
+  ASSERT_THAT(card, IsOk());
+  EXPECT_THAT(*card, HasSubstr("```c\nsinew_reset(policy, &state, NULL);"));
 }
 
 TEST_F(ModelCardRig, SaysWhichOfSeveralTeachersLabelledWhat) {
