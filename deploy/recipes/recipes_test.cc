@@ -17,6 +17,7 @@ namespace {
 
 using ::sinew::testing::EqualsProto;
 using ::sinew::testing::IsOk;
+using ::testing::ElementsAre;
 
 // A shipped recipe, with defaults.
 v1::Recipe Load(const std::string& name) {
@@ -143,7 +144,7 @@ TEST(StudentsTest, OfExpertsActsAsTrackLibrary) {
 }
 
 // Single policies, students and procedures of the G1 are of one world and see
-// the same.
+// the same, but for the previous target, which a prior sees as well.
 TEST(G1Test, IsTheSameWorldInEveryRecipe) {
   const v1::Recipe track = Load("track_library_g1");
   for (const char* name : {"phc_plus_g1", "pulse_g1", "distil_experts_g1"}) {
@@ -155,20 +156,27 @@ TEST(G1Test, IsTheSameWorldInEveryRecipe) {
     EXPECT_THAT(other.task().actuator_model(),
                 EqualsProto(track.task().actuator_model()))
         << name;
-    EXPECT_THAT(other.task().observation(),
-                EqualsProto(track.task().observation()))
-        << name;
   }
   const v1::Recipe student = Load("distil_experts_g1");
   EXPECT_THAT(student.task().action(), EqualsProto(track.task().action()));
+  EXPECT_THAT(Load("phc_plus_g1").task().observation(),
+              EqualsProto(track.task().observation()));
   v1::Recipe latent = Load("pulse_g1");
   for (const v1::Recipe& one : {student, latent}) {
     EXPECT_THAT(one.distillation().teacher_action(),
                 EqualsProto(track.task().action()));
   }
   // One's teachers may be the other's.
-  *latent.mutable_task()->mutable_action() = student.task().action();
-  EXPECT_THAT(latent.task(), EqualsProto(student.task()));
+  v1::Task& task = *latent.mutable_task();
+  *task.mutable_action() = student.task().action();
+  EXPECT_THAT(task.observation().blocks(),
+              ElementsAre(v1::Observation::BLOCK_SELF_JOINT_SPACE,
+                          v1::Observation::BLOCK_PREVIOUS_TARGET,
+                          v1::Observation::BLOCK_REFERENCE_DIFFERENCE));
+  *task.mutable_observation() = student.task().observation();
+  task.mutable_start()->clear_carry_on_share();
+  task.mutable_start()->clear_carry_on_seconds();
+  EXPECT_THAT(task, EqualsProto(student.task()));
 }
 
 // The lower bound: pulse, but for how it learns.
@@ -209,6 +217,17 @@ TEST(StudentsTest, OfTheG1DifferInTheirWorldAndHowOftenTheyLearn) {
   once.set_learning_rate_final(often.learning_rate_final());
   once.set_rate_anneal_begin(often.rate_anneal_begin());
   once.set_rate_anneal_end(often.rate_anneal_end());
+  // Its prior acts while it learns, and sees the previous target.
+  EXPECT_GT(often.prior_share(), 0);
+  once.set_prior_share(often.prior_share());
+  once.set_prior_noise(often.prior_noise());
+  once.set_prior_steps(often.prior_steps());
+  once.set_prior_seconds_ahead(often.prior_seconds_ahead());
+  once.set_prior_first_episode(often.prior_first_episode());
+  *task.mutable_observation() = g1.task().observation();
+  task.mutable_start()->set_carry_on_share(g1.task().start().carry_on_share());
+  task.mutable_start()->set_carry_on_seconds(
+      g1.task().start().carry_on_seconds());
 
   EXPECT_THAT(pulse, EqualsProto(g1));
 }
